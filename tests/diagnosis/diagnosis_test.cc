@@ -119,6 +119,17 @@ TEST(Diagnose, SlowNamesOneEffectOfEachKind) {
   ExpectAsLargeAsStated(squares);
 }
 
+// Without mocap, by an observer of third order, of which the effect's low-pass is a likeness.
+TEST(Diagnose, SlowNamesAnAttitudeFilterThatKnowsNoDrag) {
+  FlightLog log = FlyHiding({{"ahrs_drag_error", {{"k", 0.4}}}}, 29);
+  log.mocap.clear();
+  const Diagnosis diagnosis = DiagnoseQuickly(log);
+  ASSERT_EQ(diagnosis.causes.size(), 1U);
+  EXPECT_EQ(diagnosis.causes[0].candidate.id(), "ahrs_drag_error");
+  EXPECT_NEAR(diagnosis.causes[0].value[0], 0.4, 0.1);
+  EXPECT_EQ(diagnosis.causes[0].witness.stream, "gyroscope");
+}
+
 TEST(Diagnose, SlowTheBetterModelPredictsBetterAndIsTakenByModelFlags) {
   const FlightLog log = FlyHiding({{"wind", {{"w_x", 1.2}, {"w_y", -0.8}}}}, 25);
   const Diagnosis diagnosis = Diagnose({log}, ImuDiagnosisOptions());

@@ -74,6 +74,30 @@ TEST(RealFlight, SlowRacerWithRealDetections) {
   EXPECT_LT(arcs.error.mean, 0.6);  // m
 }
 
+// The Crazyflie's filter fuses positions and ignores drag. Two laboratories' flights show it, with
+// mocap, which sees the attitude itself, and without.
+TEST(RealFlight, SlowTheCrazyfliesFilterKnowsNoDrag) {
+  for (const auto& [map, name, has_attitude] :
+       {std::tuple{"nanobench.yaml", "nanobench/B7_oval_fast_rep2.csv", true},
+        std::tuple{"nanobench.yaml", "nanobench/B9_trefoil_fast_rep1.csv", true},
+        std::tuple{"idsia_nanodrone.yaml", "idsia_nanodrone/random1_20251017_run1.csv", false}}) {
+    const auto file = DataFolder() / name;
+    if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is missing; set TRUELINE_DATA";
+    FlightLog log = Import(map, file);
+    for (const bool mocap : {true, false}) {
+      if (!mocap) log.mocap.clear();
+      const std::vector<Cause> causes = Diagnose({log}, ImuDiagnosisOptions()).causes;
+      ASSERT_FALSE(causes.empty()) << name << (mocap ? "" : " without mocap");
+      const Cause& cause = causes.front();
+      EXPECT_EQ(cause.candidate.id(), "ahrs_drag_error") << name;
+      EXPECT_GT(cause.value[0], 0.2);
+      EXPECT_LT(cause.value[0], 0.45);
+      EXPECT_EQ(cause.witness.says, "confirms") << cause.witness.text;
+      EXPECT_EQ(cause.witness.stream, mocap && has_attitude ? "mocap attitude" : "gyroscope");
+    }
+  }
+}
+
 // The heading wanders by some degrees on this flight, and forces go with what no effect states.
 // Both could take the drift's place: noise learned without it, and terms of the open catalogue. It
 // is significant and has the right size; whether it is named depends on a gain that may be zero.
