@@ -43,8 +43,7 @@ std::vector<std::string> NextSteps(const Diagnosis& diagnosis) {
   if (!diagnosis.log_faults.empty()) {
     steps.emplace_back(
         "put the log right first: trueline inspect --log=LOG says how, and writes "
-        "corrected_map.yaml "
-        "where a map can do it");
+        "corrected_map.yaml where a map can do it");
   }
   if (!diagnosis.in_model.empty()) {
     steps.emplace_back(

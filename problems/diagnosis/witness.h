@@ -1,6 +1,6 @@
 // What another stream says directly of the causes that a diagnosis names: the logged attitude, the
-// accelerometer and the fixes against mocap, without the model of the vehicle. Also where the fit
-// did not use mocap.
+// accelerometer and the fixes against mocap, or the attitude against the gyroscope, without the
+// model of the vehicle. Also where the fit did not use mocap.
 #pragma once
 
 #include "problems/diagnosis/diagnosis.h"

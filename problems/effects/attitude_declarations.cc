@@ -61,11 +61,17 @@ void UndoAccelerationError(const Effect& effect, const CorrectionContext& contex
 // of the deceleration k v, through the second-order low-pass of its position loop.
 void UndoDragError(const Effect& effect, const CorrectionContext& context, FlightLog* log) {
   constexpr double kLoop = 2.0, kDamping = 0.7;  // rad/s, of a Crazyflie's filter: 1.5 to 3; 1
+  constexpr double kLongestStep = 0.05;          // s, of the integration, also over a gap
   Eigen::Vector2d tilt = Eigen::Vector2d::Zero(), rate = Eigen::Vector2d::Zero();
   UndoTiltAlong(context.Path(), log, [&](const Vector3d& v_E, const Vector3d&, double dt) {
     const Eigen::Vector2d apparent = ApparentTilt(effect["k"] * v_E, log->gravity);
-    rate += dt * (kLoop * kLoop * (apparent - tilt) - 2.0 * kDamping * kLoop * rate);
-    tilt += dt * rate;
+    const double all = std::min(dt, 10.0 / kLoop);  // of a long gap the end counts
+    const int steps = static_cast<int>(std::ceil(all / kLongestStep));
+    const double h = all / steps;
+    for (int i = 0; i < steps; ++i) {
+      rate += h * (kLoop * kLoop * (apparent - tilt) - 2.0 * kDamping * kLoop * rate);
+      tilt += h * rate;
+    }
     return tilt;
   });
 }

@@ -62,6 +62,25 @@ TEST(CorrectLog, TakesOutWhatTurnsTheAttitude) {
   }
 }
 
+// Whatever the rate of the attitude, and over its gaps: the tilt settles at that of the drag.
+TEST(CorrectLog, TakesOutTheTiltThatDragLooksLike) {
+  constexpr double kDrag = 0.4, kSpeed = 3.0;
+  for (const double step : {0.002, 0.3, 1.0}) {
+    FlightLog log;
+    log.imu.push_back({0, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
+    for (double t = 0.0; t<60.0; t += t> 20.0 && t < 21.0 ? 20.0 : step) {
+      log.attitude.push_back({FromSeconds(t), Eigen::Quaterniond::Identity()});
+    }
+    const Eigen::Vector3d v_E(kSpeed, 0.0, 0.0);
+    const FlightLog corrected = CorrectLog(log, {{"ahrs_drag_error", {{"k", kDrag}}}},
+                                           {{FromSeconds(-1.0), v_E}, {FromSeconds(99.0), v_E}});
+    const double expected = kDrag * kSpeed / log.gravity;
+    EXPECT_LT(LargestTurn(corrected, log), 1.1 * expected) << step;
+    const Eigen::Vector3d z = corrected.attitude.back().q_Ep_I * Eigen::Vector3d::UnitZ();
+    EXPECT_NEAR(std::atan2(z.x(), z.z()), -expected, 1e-3) << step;
+  }
+}
+
 // Roll and pitch alone are the tilt; the heading stays.
 TEST(CorrectLog, DividesTheTiltByItsScale) {
   FlightLog log;
