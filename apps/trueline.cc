@@ -22,9 +22,9 @@ int PrintHelp(const Verbs& verbs) {
     fmt::print("  {:<12} {}\n", verb, trueline::OneLineHelp(program));
   }
   fmt::print(
-      "\nHandbook: config/handbook/README.md of a clone, /usr/share/trueline/handbook/index.html "
-      "of the "
-      "package\nConfigurations: config of a clone, /usr/share/trueline/config of the package\n");
+      "\nHandbook: config/handbook/README.md of a clone, "
+      "/usr/share/trueline/handbook/index.html of the package\n"
+      "Configurations: config of a clone, /usr/share/trueline/config of the package\n");
   return trueline::kExitDone;
 }
 

@@ -295,13 +295,8 @@ void AskOne(const FlightLog& log, const std::vector<VelocitySample>& path,
   }
 }
 
-void AskMocap(const FlightLog& log, const FlightLog& recorded, std::vector<Cause>* causes) {
-  if (log.mocap.empty()) {
-    for (Cause& cause : *causes) cause.witness = Silent("the log holds no mocap");
-    return;
-  }
-  if (causes->empty()) return;
-  const MocapComparison mocap(log);
+void AskMocap(const FlightLog& log, const FlightLog& recorded, const MocapComparison& mocap,
+              std::vector<Cause>* causes) {
   const bool fitted_to_mocap = IsFittedToMocap(log);
   std::map<std::string, std::pair<StreamComparison, std::vector<Cause*>>> asked;  // by stream
   for (Cause& cause : *causes) {
@@ -326,7 +321,8 @@ void AskMocap(const FlightLog& log, const FlightLog& recorded, std::vector<Cause
 // The gyroscope measures how the vehicle turned: where mocap's attitude does not determine an error
 // of the logged attitude, the gyroscope does. mocap's acceleration is compared through the thrust,
 // which has the larger errors. An error that grows with time looks like the gyroscope's bias.
-void AskGyro(const FlightLog& log, std::vector<Cause>* causes) {
+void AskGyro(const FlightLog& log, const std::vector<VelocitySample>& path,
+             std::vector<Cause>* causes) {
   std::vector<Cause*> asking;
   for (Cause& cause : *causes) {
     const EffectInfo& info = *cause.candidate.info;
@@ -335,8 +331,6 @@ void AskGyro(const FlightLog& log, std::vector<Cause>* causes) {
     if (info.enters == EntersAt::kAttitude && !info.drifts && !known) asking.push_back(&cause);
   }
   if (asking.empty() || log.imu.empty() || log.attitude.empty()) return;
-  const std::vector<VelocitySample> path =
-      log.mocap.empty() ? std::vector<VelocitySample>() : MocapComparison(log).path();
   AskOne(log, path, AgainstGyroscope(), asking);
 }
 
@@ -375,8 +369,15 @@ void WidenByWitness(Cause* cause) {
 }
 
 void AskWitnesses(const FlightLog& log, const FlightLog& recorded, std::vector<Cause>* causes) {
-  AskMocap(log, recorded, causes);
-  AskGyro(log, causes);
+  if (causes->empty()) return;
+  if (log.mocap.empty()) {
+    for (Cause& cause : *causes) cause.witness = Silent("the log holds no mocap");
+    AskGyro(log, {}, causes);
+    return;
+  }
+  const MocapComparison mocap(log);
+  AskMocap(log, recorded, mocap, causes);
+  AskGyro(log, mocap.path(), causes);
 }
 
 }  // namespace trueline

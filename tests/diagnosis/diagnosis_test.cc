@@ -119,7 +119,7 @@ TEST(Diagnose, SlowNamesOneEffectOfEachKind) {
   ExpectAsLargeAsStated(squares);
 }
 
-// Without mocap, by an observer of third order, of which the effect's low-pass is a likeness.
+// Without mocap. The flight has an observer of third order, the effect a low-pass of second.
 TEST(Diagnose, SlowNamesAnAttitudeFilterThatKnowsNoDrag) {
   FlightLog log = FlyHiding({{"ahrs_drag_error", {{"k", 0.4}}}}, 29);
   log.mocap.clear();
