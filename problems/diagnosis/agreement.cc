@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "cost_functions/huber.h"
-#include "problems/diagnosis/gyro_rows.h"
 #include "problems/result/statistics.h"
 #include "problems/vgd/fix_loss.h"
+#include "problems/vgd/gyro_intervals.h"
 #include "problems/vgd/smooth_attitude.h"
 
 namespace trueline {
@@ -36,6 +36,17 @@ StreamComparison AgainstAttitude(const MocapComparison& mocap) {
 
 StreamComparison AgainstPosition(const MocapComparison& mocap) {
   return Against(mocap, "position", "sigma", &MocapComparison::Fixes, {"fix_latency", "fix_scale"});
+}
+
+// The logged attitude's turn less the gyroscope's, rad, in axes of E'. Offsets: FilterSlopes().
+StreamRows GyroRows(const FlightLog& log) {
+  const std::vector<GyroInterval> intervals = GyroIntervals(log.imu, log.attitude);
+  StreamRows rows{{}, Eigen::VectorXd(3 * intervals.size()), FilterSlopes(intervals)};
+  for (std::size_t k = 0; k < intervals.size(); ++k) {
+    rows.t.push_back(ToSeconds(static_cast<TimeNs>(k + 1) * kGyroInterval));
+    rows.r.segment<3>(static_cast<Eigen::Index>(3 * k)) = intervals[k].turn;
+  }
+  return rows;
 }
 
 }  // namespace

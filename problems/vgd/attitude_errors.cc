@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cost_functions/models/complementary_filter.h"
 #include "cost_functions/models/rotation.h"
 #include "problems/common/units.h"
-#include "problems/log/attitude_cursor.h"
 #include "problems/vgd/smooth_attitude.h"
 
 namespace trueline {
@@ -16,10 +14,9 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr TimeNs kLength = kNsPerSecond / 10;  // of an interval
-constexpr double kTolerated = 0.3 * kDegree;   // tilt error that the gyroscope may add over a hold
-constexpr double kShortestHold = 3.0;          // s
-constexpr double kLeastTime = 5.0;             // s of log, below which nothing is concluded
+constexpr double kTolerated = 0.3 * kDegree;  // tilt error that the gyroscope may add over a hold
+constexpr double kShortestHold = 3.0;         // s
+constexpr double kLeastTime = 5.0;            // s of log, below which nothing is concluded
 
 // s before the log in which manoeuvres like the log's own may have filled the filter's integral.
 constexpr double kFilledBefore = 30.0;
@@ -72,8 +69,12 @@ void SubtractMean(std::vector<Entry>* entries) {
 
 AttitudeErrors::AttitudeErrors(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
                                const AttitudeErrorOptions& options) {
-  if (attitude.size() < 2 || log.imu.size() < 2) return;
-  Divide(log, attitude, options);
+  intervals_ = GyroIntervals(log.imu, attitude, options.latency, options.max_gap);
+  if (intervals_.empty()) return;
+  begin_ = log.imu.front().t;
+  for (GyroInterval& interval : intervals_) {
+    if (!options.uses_accelerometer) interval.pull = interval.pull_I = Vector3d::Zero();
+  }
   if (CoveredSeconds().sum() >= kLeastTime) {
     Fit();
     const double ratio = kTolerated / std::max(fit_.scatter, 1e-9);
@@ -82,48 +83,6 @@ AttitudeErrors::AttitudeErrors(const FlightLog& log, const std::vector<AttitudeS
   }
   Integrate(options.priors);
   intervals_.clear();
-}
-
-void AttitudeErrors::Divide(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
-                            const AttitudeErrorOptions& options) {
-  begin_ = log.imu.front().t;
-  intervals_.resize(static_cast<std::size_t>((log.imu.back().t - begin_ + kLength - 1) / kLength) +
-                    1);
-  AttitudeCursor cursor(attitude);
-  const TimeNs latency = FromSeconds(options.latency);
-  Quaterniond q_begin, turn = Quaterniond::Identity();
-  bool known = cursor.At(begin_ + latency, options.max_gap, &q_begin);
-  std::size_t current = 0;
-  for (std::size_t i = 0; i + 1 < log.imu.size(); ++i) {
-    const ImuSample &before = log.imu[i], &after = log.imu[i + 1];
-    const double dt = SecondsBetween(before.t, after.t);
-    Interval& interval = intervals_[current];
-    Quaterniond q_next;
-    const bool next_known =
-        dt <= options.max_gap && cursor.At(after.t + latency, options.max_gap, &q_next);
-    if (known && next_known) {
-      turn = turn * RotationByVector(0.5 * dt * (before.gyro + after.gyro));
-      const Vector3d pull =
-          options.uses_accelerometer
-              ? ComplementaryFilter<double>::TiltError(0.5 * (before.accel + after.accel), q_next)
-              : Vector3d(Vector3d::Zero());
-      interval.seconds += dt;
-      interval.axes += dt * q_next.toRotationMatrix();
-      interval.pull += dt * (q_next * pull);
-      interval.pull_I += dt * pull;
-    }
-    const auto at = static_cast<std::size_t>((after.t - begin_) / kLength);
-    if (at != current || !next_known || !known) {
-      if (known && next_known) {
-        interval.turn += RotationVector(q_next * (q_begin * turn).conjugate());
-        interval.tilt = TiltOf(q_next);
-      }
-      turn.setIdentity();
-      q_begin = q_next;
-      current = std::min(at, intervals_.size() - 1);
-    }
-    known = next_known;
-  }
 }
 
 // s of each interval in which the attitude is known.
@@ -140,15 +99,15 @@ Eigen::VectorXd AttitudeErrors::CoveredSeconds() const {
 void AttitudeErrors::Fit() {
   constexpr int kUnknowns = 5;
   const auto count = static_cast<Eigen::Index>(intervals_.size());
+  const Eigen::Matrix<double, Eigen::Dynamic, kUnknowns> slopes = FilterSlopes(intervals_);
   Eigen::MatrixXd A(2 * count, kUnknowns);
   Eigen::VectorXd y(2 * count);
-  Vector3d wound_up = Vector3d::Zero();  // rad s, in I
+  Vector3d pull = Vector3d::Zero();  // rad s, in I
   for (Eigen::Index k = 0; k < count; ++k) {
-    const Interval& interval = intervals_[static_cast<std::size_t>(k)];
-    wound_up += interval.pull_I;
-    A.middleRows<2>(2 * k) << -interval.axes.topRows<2>(), interval.pull.head<2>(),
-        (interval.axes * wound_up).head<2>();
+    const GyroInterval& interval = intervals_[static_cast<std::size_t>(k)];
+    A.middleRows<2>(2 * k) = slopes.middleRows<2>(3 * k);
     y.segment<2>(2 * k) = interval.turn.head<2>();
+    pull += interval.pull_I;
   }
   // Broad priors keep what a log does not show at zero.
   Eigen::Matrix<double, kUnknowns, 1> weak;
@@ -160,7 +119,7 @@ void AttitudeErrors::Fit() {
   fit_.k_p = x[3];
   fit_.k_i = x[4];
   const Eigen::VectorXd seconds = CoveredSeconds();
-  fit_.pull = wound_up / seconds.sum();
+  fit_.pull = pull / seconds.sum();
   const Eigen::VectorXd rest = y - A * x;
   const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>> rows(
       rest.data(), count, 2);
@@ -168,7 +127,7 @@ void AttitudeErrors::Fit() {
 }
 
 // rad, the change of the attitude's error: its turn but for the gyroscope's bias.
-Vector3d AttitudeErrors::ErrorChange(const Interval& interval) const {
+Vector3d AttitudeErrors::ErrorChange(const GyroInterval& interval) const {
   return interval.turn + interval.axes * fit_.gyro_bias;
 }
 
@@ -193,7 +152,7 @@ std::vector<Vector3d> AttitudeErrors::SmoothTilts() const {
 
 void AttitudeErrors::Integrate(const AttitudeErrorPriors& priors) {
   const bool held = hold_ > 0.0;
-  const double duration = std::max(ToSeconds(kLength), CoveredSeconds().sum());
+  const double duration = std::max(ToSeconds(kGyroInterval), CoveredSeconds().sum());
   double bias_sigma = priors.gyro_bias;
   if (bias_sigma > 0.0) bias_sigma += held ? 2.0 * fit_.scatter / std::sqrt(duration) : bias_sigma;
   // The fit sees the integral as a bias of the gyroscope, and what filled it before the log as
@@ -206,7 +165,7 @@ void AttitudeErrors::Integrate(const AttitudeErrorPriors& priors) {
   Vector3d by_gain = Vector3d::Zero(), by_share = Vector3d::Zero();
   const std::vector<Vector3d> tilts = SmoothTilts();
   for (std::size_t k = 0; k < intervals_.size(); ++k) {
-    const Interval& interval = intervals_[k];
+    const GyroInterval& interval = intervals_[k];
     const double h = interval.seconds;
     Accumulate<Eigen::Matrix3d>(interval.axes, h, held ? hold_ : kForgetsBias, &by_bias);
     Accumulate<Vector3d>(interval.pull, h, kForgetsPull, &pull);
@@ -230,15 +189,15 @@ void AttitudeErrors::Integrate(const AttitudeErrorPriors& priors) {
 }
 
 std::size_t AttitudeErrors::IntervalAt(TimeNs t) const {
-  const TimeNs k = std::max<TimeNs>(0, t - begin_) / kLength;
+  const TimeNs k = std::max<TimeNs>(0, t - begin_) / kGyroInterval;
   return std::min(static_cast<std::size_t>(k), slopes_.size() - 1);
 }
 
 Vector3d AttitudeErrors::FeedbackAt(TimeNs t) const {
   // Entries are of the intervals' ends.
   const std::size_t k = IntervalAt(t), before = k > 0 ? k - 1 : k;
-  const double since = SecondsBetween(begin_ + static_cast<TimeNs>(k) * kLength, t);
-  const auto s = static_cast<float>(std::clamp(since / ToSeconds(kLength), 0.0, 1.0));
+  const double since = SecondsBetween(begin_ + static_cast<TimeNs>(k) * kGyroInterval, t);
+  const auto s = static_cast<float>(std::clamp(since / ToSeconds(kGyroInterval), 0.0, 1.0));
   return ((1.0F - s) * feedback_[before] + s * feedback_[k]).cast<double>();
 }
 

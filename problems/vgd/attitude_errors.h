@@ -16,6 +16,7 @@
 
 #include "cost_functions/models/imu_driven_model.h"
 #include "problems/log/flight_log.h"
+#include "problems/vgd/gyro_intervals.h"
 
 namespace trueline {
 
@@ -34,7 +35,7 @@ struct AttitudeErrorOptions {
   AttitudeErrorPriors priors;
   bool uses_accelerometer = true;  // false: its tilt has no known relation to the acceleration
   double latency = 0.0;            // s, of the attitude
-  double max_gap = 0.25;           // s
+  double max_gap = kMostGyroGap;   // s
 };
 
 // What the log shows of its filter, by least squares over the changes of its tilt.
@@ -68,29 +69,16 @@ class AttitudeErrors {
   Slopes MeanOver(TimeNs t0, TimeNs t1) const;
 
  private:
-  // Sums over a short interval, in axes of E' where not stated.
-  struct Interval {
-    double seconds = 0.0;
-    Eigen::Vector3d turn = Eigen::Vector3d::Zero();  // rad, of the attitude less the gyroscope's
-    Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();  // s, integral of R_Ep_I
-    Eigen::Vector3d pull = Eigen::Vector3d::Zero();  // rad s, integral of the accelerometer's tilt
-                                                     // against the filter's
-    Eigen::Vector3d pull_I = Eigen::Vector3d::Zero();  // rad s, the same in I
-    Eigen::Vector3d tilt = Eigen::Vector3d::Zero();    // rad, of the vehicle, at the end
-  };
-
-  void Divide(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
-              const AttitudeErrorOptions& options);
   Eigen::VectorXd CoveredSeconds() const;
   void Fit();
-  Eigen::Vector3d ErrorChange(const Interval& interval) const;
+  Eigen::Vector3d ErrorChange(const GyroInterval& interval) const;
   std::vector<Eigen::Vector3d> SmoothTilts() const;
   void Integrate(const AttitudeErrorPriors& priors);
   std::size_t IntervalAt(TimeNs t) const;
   Eigen::Vector3d FeedbackAt(TimeNs t) const;  // rad in E'
 
   TimeNs begin_ = 0;
-  std::vector<Interval> intervals_;
+  std::vector<GyroInterval> intervals_;
   AttitudeFilterFit fit_;
   double hold_ = 0.0;
   std::vector<Eigen::Vector3f> feedback_;  // rad in E', at the intervals' ends
