@@ -108,8 +108,9 @@ int RunImu() {
   trueline::CheckOtherLogs(logs, options);
   trueline::Calibration calibration = Fit(log, logs, options);
   trueline::JudgeWind(log, options, &calibration);
+  const trueline::NativeFolder drawn(log, FLAGS_report);
   return Finish(log, faults, trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options), logs),
-                "calibration", {"--log=" + log.directory}, &calibration, &out);
+                "calibration", {"--log=" + drawn.path()}, &calibration, &out);
 }
 
 // Refuses flags that only the IMU drive reads.

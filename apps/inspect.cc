@@ -102,8 +102,8 @@ Opened OpenForeign() {
 
 Opened Open() {
   const std::filesystem::path folder = FLAGS_log;
+  if (!HoldsNativeStreams(folder)) return OpenForeign();
   if (!std::filesystem::exists(folder / "imu.csv")) {
-    if (!IsNativeLog(folder)) return OpenForeign();
     throw InputError((folder / "imu.csv").string() +
                      ": is missing; a native log (a folder with log.yaml) needs it");
   }
@@ -150,32 +150,6 @@ std::string WriteCorrected(const Opened& opened, const Repairs& repairs, const R
                      ShellWord(fmt::format("--in={}", fmt::join(opened.files, ","))));
 }
 
-// The native log that the page draws: as given, or of a foreign log a copy while the page is made.
-class DrawnLog {
- public:
-  explicit DrawnLog(const FlightLog& log) : folder_(log.directory) {
-    const bool native = !folder_.empty() && IsNativeLog(folder_);
-    if (!FLAGS_report || native) return;
-    std::string copy = (std::filesystem::temp_directory_path() / "trueline-XXXXXX").string();
-    if (mkdtemp(copy.data()) == nullptr) {
-      throw InputError(copy + ": can't be made; free space in the folder for temporary files");
-    }
-    folder_ = copy_ = copy;
-    WriteNativeLog(log, copy_);
-  }
-  ~DrawnLog() {
-    std::error_code gone_already;
-    if (!copy_.empty()) std::filesystem::remove_all(copy_, gone_already);
-  }
-  DrawnLog(const DrawnLog&) = delete;
-  DrawnLog& operator=(const DrawnLog&) = delete;
-
-  std::string folder() const { return folder_.string(); }
-
- private:
-  std::filesystem::path folder_, copy_;
-};
-
 int InspectLog(ResultFolder* out) {
   Opened opened = Open();
   TakeVehicle(&opened.log);
@@ -186,8 +160,8 @@ int InspectLog(ResultFolder* out) {
                       InspectionYaml(inspection, FLAGS_log, command));
   std::string table = InspectionTable(inspection);
   if (!command.empty()) table += fmt::format("\nTo repair:\n  {}\n", command);
-  const DrawnLog drawn(opened.log);
-  Publish("inspection", FLAGS_report, FLAGS_quiet, table, out, {"--log=" + drawn.folder()});
+  const NativeFolder drawn(opened.log, FLAGS_report);
+  Publish("inspection", FLAGS_report, FLAGS_quiet, table, out, {"--log=" + drawn.path()});
   return Refused().ExitFor(WorstOf(inspection));
 }
 

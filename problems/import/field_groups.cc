@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "problems/log/csv_text.h"
 
@@ -14,16 +15,41 @@ struct Spelling {
   std::string_view text, unit;
 };
 
-// How names spell units, in lower case.
+// How names spell units, as PlainUnit() has them.
 constexpr auto kSpellings = std::to_array<Spelling>({
-    {"m/s^2", "m/s^2"},    {"m/s2", "m/s^2"},    {"m/s/s", "m/s^2"}, {"m s^-2", "m/s^2"},
-    {"mps2", "m/s^2"},     {"m_s2", "m/s^2"},    {"g", "g"},         {"rad/s", "rad/s"},
-    {"rad s^-1", "rad/s"}, {"rad_s", "rad/s"},   {"radps", "rad/s"}, {"deg/s", "deg/s"},
-    {"deg s^-1", "deg/s"}, {"deg_s", "deg/s"},   {"dps", "deg/s"},   {"deg", "deg"},
-    {"rad", "rad"},        {"m", "m"},           {"cm", "cm"},       {"mm", "mm"},
-    {"m/s", "m/s"},        {"mps", "m/s"},       {"cm/s", "cm/s"},   {"mm/s", "mm/s"},
-    {"mg", "mg"},          {"mrad/s", "mrad/s"},
+    {"m/s2", "m/s^2"},   {"m/s/s", "m/s^2"}, {"ms-2", "m/s^2"},  {"mps2", "m/s^2"},
+    {"m_s2", "m/s^2"},   {"g", "g"},         {"mg", "mg"},       {"rad/s", "rad/s"},
+    {"rads-1", "rad/s"}, {"rad_s", "rad/s"}, {"radps", "rad/s"}, {"deg/s", "deg/s"},
+    {"degs-1", "deg/s"}, {"deg_s", "deg/s"}, {"degps", "deg/s"}, {"dps", "deg/s"},
+    {"deg", "deg"},      {"rad", "rad"},     {"m", "m"},         {"cm", "cm"},
+    {"mm", "mm"},        {"ft", "ft"},       {"m/s", "m/s"},     {"ms-1", "m/s"},
+    {"mps", "m/s"},      {"cm/s", "cm/s"},   {"mm/s", "mm/s"},   {"mrad/s", "mrad/s"},
 });
+
+// In lower case, without blanks and marks of powers, words as their symbols: "m/s²", "m s^-2",
+// "degrees/sec" and "Meters" are "m/s2", "ms-2", "deg/s" and "m".
+std::string PlainUnit(std::string_view text) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 19> kSame = {{
+      {"²", "2"},      {"°", "deg"},    {"⁻", "-"},         {"¹", "1"},        {"·", ""},
+      {"**", ""},      {"^", ""},       {" ", ""},          {"seconds", "s"},  {"second", "s"},
+      {"secs", "s"},   {"sec", "s"},    {"degrees", "deg"}, {"degree", "deg"}, {"radians", "rad"},
+      {"meters", "m"}, {"metres", "m"}, {"meter", "m"},     {"metre", "m"},
+  }};
+  std::string unit = LowerCase(std::string(text));
+  for (const auto& [from, to] : kSame) {
+    for (std::size_t at = unit.find(from); at != std::string::npos; at = unit.find(from, at)) {
+      unit.replace(at, from.size(), to);
+    }
+  }
+  return unit;
+}
+
+std::string_view UnitSpelled(std::string_view text) {
+  const std::string plain = PlainUnit(text);
+  const auto found = std::find_if(kSpellings.begin(), kSpellings.end(),
+                                  [&](const Spelling& spelling) { return spelling.text == plain; });
+  return found == kSpellings.end() ? "" : found->unit;
+}
 
 // "Acc X [g]", "acc_x_g" and "acc x (g)" as a name and a unit; none for "q[0]".
 struct NameAndUnit {
@@ -31,18 +57,29 @@ struct NameAndUnit {
   std::string_view unit;
 };
 
+// A text in brackets at the end that is no element, as in "q[0]", is a unit, known or not.
 NameAndUnit SplitUnit(const ChannelField& field) {
-  const std::string name = LowerCase(field.name);
-  for (const std::string_view none : {" [1]", " [-]"}) {  // of ratios; "q[1]" is an element
-    if (name.ends_with(none)) return {name.substr(0, name.size() - none.size()), ""};
-  }
-  for (const auto& [text, unit] : kSpellings) {
-    if (LowerCase(field.unit) == text) return {name, unit};
-    for (const std::string& end :
-         {fmt::format("[{}]", text), fmt::format("({})", text), fmt::format("_{}", text)}) {
-      if (!name.ends_with(end) || name.size() == end.size()) continue;
-      return {std::string(TrimmedField(name.substr(0, name.size() - end.size()))), unit};
+  std::string name = LowerCase(field.name);
+  std::string_view unit = UnitSpelled(field.unit);
+  const std::size_t open = name.find_last_of("[(");
+  const bool closed =
+      open != std::string::npos && open > 0 && name.back() == (name[open] == '[' ? ']' : ')');
+  if (closed) {
+    const std::string_view inside = std::string_view(name).substr(open + 1, name.size() - open - 2);
+    const bool is_element = !inside.empty() && name[open - 1] != ' ' &&
+                            std::isdigit(static_cast<unsigned char>(inside.front())) != 0;
+    if (is_element) return {name, unit};
+    const std::string bare(TrimmedField(std::string_view(name).substr(0, open)));
+    if (inside.size() == 1 && inside.front() >= 'w' && inside.front() <= 'z') {
+      return {fmt::format("{}_{}", bare, inside), unit};  // "acc[x]"
     }
+    return {bare, unit.empty() ? UnitSpelled(inside) : unit};
+  }
+  if (!unit.empty()) return {name, unit};
+  for (const auto& [text, spelled] : kSpellings) {
+    const std::string end = fmt::format("_{}", text);
+    if (!name.ends_with(end) || name.size() == end.size()) continue;
+    return {name.substr(0, name.size() - end.size()), spelled};
   }
   return {name, ""};
 }
@@ -58,7 +95,8 @@ void Add(const std::string& stem, const std::string& part, std::string_view unit
   group->parts[part] = field.name;
 }
 
-// The words of a name in lower case.
+}  // namespace
+
 std::vector<std::string> WordsOf(const std::string& name) {
   std::vector<std::string> words(1);
   for (const char c : LowerCase(name)) {
@@ -70,6 +108,8 @@ std::vector<std::string> WordsOf(const std::string& name) {
   }
   return words;
 }
+
+namespace {
 
 bool IsOfSetpoint(const std::string& word) {
   for (const char* whole : {"ref", "des", "set", "sp", "cmd", "target", "goal", "est"}) {

@@ -27,6 +27,9 @@ FieldGroup EulerAnglesOf(const Channel& channel);
 // The fields of their rates, as in "roll_rate".
 std::vector<FieldGroup> AngleRatesOf(const Channel& channel);
 
+// The words of a name, in lower case.
+std::vector<std::string> WordsOf(const std::string& name);
+
 // Whether a word of the name says that it is of a setpoint or an estimate.
 bool IsSetpointOrEstimate(const std::string& name);
 

@@ -51,7 +51,7 @@ bool IsFor(const ImportMap& map, const Recording& recording) {
 
 // Whether the map of a single table can name its columns and its time.
 bool ReadsAsCsv(const CsvLayout& layout) {
-  return !layout.is_named_by_shape && !(layout.time && layout.time->nanoseconds);
+  return !layout.has_made_names && !(layout.time && layout.time->nanoseconds);
 }
 
 Eigen::Vector3d MeanForce(const FlightLog& log) {
@@ -100,6 +100,14 @@ void PreferWhatIsUsable(FoundLog* found) {
   } else {
     found->recording = std::move(proposed.recording);
   }
+}
+
+// Commas between logs mean several flights.
+std::string OtherFiles(const std::string& file) {
+  const std::vector<std::string> files = SplitPaths(file);
+  if (!std::all_of(files.begin(), files.end(), IsTable)) return "";
+  return fmt::format(
+      "; if another file of this flight has it: trueline-convert --in={},OTHER --out=LOG", file);
 }
 
 }  // namespace
@@ -187,12 +195,18 @@ FoundLog FindLog(const std::vector<std::string>& files) {
 ImportMap MapOf(const FoundLog& found) {
   if (found.shipped) return *found.shipped;
   const std::string file = found.recording->file();
-  if (!YAML::Load(found.map)["streams"]["imu"]) {
-    throw NoUsableLog(file + ": " + WhyNoMapFits(found.recording.get()));
+  const bool has_imu = static_cast<bool>(YAML::Load(found.map)["streams"]["imu"]);
+  if (AreTables(found) && (!has_imu || found.files.size() == 1)) {
+    for (const std::string& table : found.files) {
+      const CsvLayout layout = GuessCsvLayout(table);
+      if (!layout.time_problem.empty()) throw NoUsableLog(table + ": " + layout.time_problem);
+    }
   }
+  if (!has_imu) throw NoUsableLog(file + ": " + WhyNoMapFits(found.recording.get()));
   ImportMap map = ReadImportMapText(found.map, "proposed_map.yaml");
   if (map.streams.contains("fixes") || map.streams.contains("mocap")) return map;
-  throw NoUsableLog(file + ": no column has the name of a position or a velocity; log one");
+  throw NoUsableLog(file + ": no column has the name of a position or a velocity; log one" +
+                    OtherFiles(file));
 }
 
 std::vector<std::string> AssumptionWarnings(const FoundLog& found) {
@@ -240,7 +254,8 @@ ImportMap ReadUserMap(const std::string& path, const std::vector<std::string>& f
 std::string NoPositions(const std::string& file) {
   return file +
          ": has no position: neither GNSS nor vision nor mocap; log one of them, or give a "
-         "trajectory as a second input of a map";
+         "trajectory as a second input of a map" +
+         OtherFiles(file);
 }
 
 std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& file) {

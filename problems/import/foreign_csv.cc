@@ -35,14 +35,28 @@ ForeignCsv::ForeignCsv(const std::filesystem::path& path, const CsvDialect& dial
                               i));
   }
   if (!dialect.header) return;
+  header_ = line;
   SplitFields(line, delimiter_, &fields_);
   names_.assign(fields_.begin(), fields_.end());
   if (dialect.units_line) lines_.Next(&line);
 }
 
+// Names that are repeated among the rows, as where files were joined, and comments are skipped.
+bool ForeignCsv::SkipsLine(std::string_view line) {
+  const bool names = !header_.empty() && line == header_;
+  if (!names && !line.starts_with('#')) return false;
+  if (skipped_++ == 0) {
+    warnings_->push_back(fmt::format("{}:{}: {} among the rows is skipped", file(), this->line(),
+                                     names ? "a line of names" : "a comment"));
+  }
+  return true;
+}
+
 bool ForeignCsv::Next() {
   std::string_view line;
-  if (!lines_.NextFilled(&line)) return false;
+  do {
+    if (!lines_.NextFilled(&line)) return false;
+  } while (SkipsLine(line));
   splitter_.Split(line, &fields_);
   missing_ = -1;
   if (width_ == 0) width_ = fields_.size();
@@ -118,7 +132,8 @@ double ForeignCsv::Number(int index) const {
   if (known) return value;
   const bool comma = Text(index).find(',') != std::string_view::npos;
   Fail(index, fmt::format("'{}' is no number; {}", Text(index),
-                          comma ? "state a decimal comma in the map's input: decimal: \",\""
+                          comma ? "state a decimal comma in the map's input: decimal: \",\", or "
+                                  "export without separators of thousands"
                                 : "repair or remove the line"));
 }
 

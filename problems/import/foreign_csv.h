@@ -88,11 +88,14 @@ class ForeignCsv : public ForeignRow {
   std::string ColumnName(int index) const;
   std::string OtherDelimiter() const;
   bool IsCutOff();
+  bool SkipsLine(std::string_view line);
 
   LineReader lines_;
   char delimiter_;
   ValueSplitter splitter_;
   std::vector<std::string>* warnings_;
+  std::string header_;  // the line of names
+  int skipped_ = 0;     // lines among the rows
   std::vector<std::string> names_;
   std::vector<std::string_view> fields_;
   std::size_t width_ = 0;        // fields of the first row

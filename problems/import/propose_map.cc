@@ -1,4 +1,4 @@
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -79,8 +79,26 @@ std::string WhyNoMapFits(Recording* recording) {
     return "is a trajectory without an IMU; give it as the second input of a map, as "
            "config/import/imu_and_tum.yaml does";
   }
-  return "has no IMU by the names of its fields (accelerometer and gyroscope in one channel), "
-         "which is needed";
+  const ProposedStreams found = ProposeStreams(recording);
+  const auto shown = [](const char* what, const std::vector<ProposedVector>& vectors) {
+    return vectors.empty() ? std::string()
+                           : fmt::format("{} {}; ", what, fmt::join(vectors.front().columns, ", "));
+  };
+  std::vector<std::string> fields;
+  for (const Channel& channel : channels) {
+    for (const ChannelField& field : channel.fields) fields.push_back(field.name);
+  }
+  constexpr std::size_t kMost = 40;
+  fields.resize(std::min(fields.size(), kMost));
+  return fmt::format(
+      "has no {} by the names of its fields, which is needed. {}{}its fields are {}. Name three of "
+      "them as acc_x [m/s^2] or gyro_x [rad/s], or state them in a --map: streams: {{imu: {{accel: "
+      "{{columns: [A, B, C], unit: m/s^2}}, gyro: {{columns: [D, E, F], unit: rad/s}}}}}}",
+      !found.accels.empty() ? "gyroscope"
+      : found.gyros.empty() ? "accelerometer and gyroscope"
+                            : "accelerometer",
+      shown("The accelerometer is", found.accels), shown("The gyroscope is", found.gyros),
+      fmt::join(fields, ", "));
 }
 
 }  // namespace trueline

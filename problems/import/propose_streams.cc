@@ -63,6 +63,7 @@ struct Vector {
   Texts columns;  // empty for none
   std::string_view unit;
   std::string earth = "";  // the axes that their names state
+  std::string stem = "";   // of the names
 };
 
 // --- Names: one table of what a quantity is called
@@ -100,7 +101,7 @@ const std::vector<Synonyms>& AllSynonyms() {
        "m/s",
        {"vel", "v_rs", "speed"},
        {"v", "local_v"},
-       {"ang", "gyr", "omega", "rotor", "motor", "wind", "air"}},
+       {"ang", "gyr", "omega", "rotor", "motor", "wind", "air", "body"}},
   };
   return kAll;
 }
@@ -121,29 +122,31 @@ std::string LastOf(const std::string& stem) {
   return name.substr(name.find_last_of("./:") + 1);
 }
 
-// The first vector that the table's names are of, long ones before short ones.
-Vector VectorOf(const std::vector<FieldGroup>& groups, Quantity quantity) {
+// The first vector that the table's names are of, long ones before short ones. Bare x, y and z have
+// the channel's name.
+Vector VectorOf(const Channel& channel, const std::vector<FieldGroup>& groups, Quantity quantity) {
   const Synonyms& names = SynonymsOf(quantity);
   for (const bool whole : {false, true}) {
     for (const FieldGroup& group : groups) {
       std::string earth;
       const bool in_earth = quantity == Quantity::kPosition || quantity == Quantity::kVelocity;
       const Texts three = ThreeOf(group, in_earth ? &earth : nullptr);
-      const std::string name = WithoutEnds(group.stem);
+      const std::string name =
+          WithoutEnds(group.stem.empty() ? LowerCase(channel.name) : group.stem);
       if (three.empty() || Mentions(name, names.not_part)) continue;
       if (Mentions(name, {"cov", "var", "bias", "offset", "std", "sigma", "clip", "calib"}))
         continue;
       const auto is = [&](const std::string& one) { return name == one || LastOf(name) == one; };
       const bool fits = whole ? std::any_of(names.whole.begin(), names.whole.end(), is)
                               : Mentions(name, names.part);
-      if (fits) return {three, group.unit, earth};
+      if (fits) return {three, group.unit, earth, group.stem};
     }
   }
   return {};
 }
 
 Vector GyroscopeOf(const Channel& channel, const std::vector<FieldGroup>& groups) {
-  Vector named = VectorOf(groups, Quantity::kGyro);
+  Vector named = VectorOf(channel, groups, Quantity::kGyro);
   if (!named.columns.empty()) return named;
   for (const FieldGroup& group : groups) {
     Texts rates = PartsOf(group, {"p", "q", "r"});
@@ -156,8 +159,8 @@ Vector GyroscopeOf(const Channel& channel, const std::vector<FieldGroup>& groups
 }
 
 // Bare x, y and z are a position where a file holds nothing else, or its channel says so.
-Vector PositionOf(const std::vector<FieldGroup>& groups, bool may_be_bare) {
-  Vector named = VectorOf(groups, Quantity::kPosition);
+Vector PositionOf(const Channel& channel, const std::vector<FieldGroup>& groups, bool may_be_bare) {
+  Vector named = VectorOf(channel, groups, Quantity::kPosition);
   if (!named.columns.empty() || !may_be_bare) return named;
   for (const FieldGroup& group : groups) {
     std::string earth;
@@ -190,22 +193,37 @@ Texts PlaceOnEarthOf(const Channel& channel) {
 }
 
 // w, x, y, z, or numbers from 0 on, where w usually comes first.
-Texts QuaternionOf(const std::vector<FieldGroup>& groups) {
+struct Quaternion {
+  Texts columns;  // w, x, y, z; empty for none
+  std::string stem = "";
+};
+std::vector<Quaternion> QuaternionsOf(const std::vector<FieldGroup>& groups) {
+  std::vector<Quaternion> all;
   for (const FieldGroup& group : groups) {
-    Texts named = PartsOf(group, {"w", "x", "y", "z"});
-    if (!named.empty() && !Mentions(group.stem, {"covar"})) return named;
     const bool is_attitude = group.stem == "q" || group.stem.ends_with("_q") ||
                              group.stem.ends_with(".q") ||
                              Mentions(group.stem, {"quat", "orient", "q_"});
-    if (!is_attitude) continue;
-    const Texts numbered = PartsOf(group, {"0", "1", "2", "3"});
-    if (!numbered.empty()) return numbered;
-    const Texts listed = PartsOf(group, {"[0]", "[1]", "[2]", "[3]"});
-    if (!listed.empty()) return listed;
-    const Texts from_one = PartsOf(group, {"1", "2", "3", "4"});
-    if (!from_one.empty()) return from_one;
+    for (const Texts& parts : std::vector<Texts>{{"w", "x", "y", "z"},
+                                                 {"0", "1", "2", "3"},
+                                                 {"[0]", "[1]", "[2]", "[3]"},
+                                                 {"1", "2", "3", "4"}}) {
+      const bool named = parts.front() == "w";
+      if (named ? Mentions(group.stem, {"covar"}) : !is_attitude) continue;
+      const Texts columns = PartsOf(group, parts);
+      if (columns.empty()) continue;
+      all.push_back({columns, group.stem});
+      break;
+    }
   }
-  return {};
+  return all;
+}
+
+// Whether the names of two groups have a word in common, as "mocap_x" and "mocap_qw" have.
+bool ShareAWord(const std::string& a, const std::string& b) {
+  const Texts words = WordsOf(a), others = WordsOf(b);
+  return std::any_of(words.begin(), words.end(), [&](const std::string& word) {
+    return word.size() > 1 && std::find(others.begin(), others.end(), word) != others.end();
+  });
 }
 
 // r11 to r33, rot_00 to rot_22 or rot[0] to rot[8]; r0 to r8 are ranges.
@@ -293,9 +311,16 @@ std::string EarthText(const Vector& vector) {
   return vector.earth.empty() ? "" : ", earth: " + vector.earth;
 }
 
-std::string AttitudeText(const Channel& channel, std::size_t place, Recording* recording) {
-  const Texts q = QuaternionOf(GroupsOf(channel));
-  if (!q.empty()) {
+// That of the vehicle; with `position` the attitude whose names go with the position's, else the
+// same.
+std::string AttitudeText(const Channel& channel, std::size_t place, Recording* recording,
+                         const Vector* position = nullptr) {
+  const std::vector<Quaternion> all = QuaternionsOf(GroupsOf(channel));
+  if (!all.empty()) {
+    const auto chosen = std::find_if(all.begin(), all.end(), [&](const Quaternion& q) {
+      return position != nullptr && ShareAWord(q.stem, position->stem);
+    });
+    const Texts& q = (chosen == all.end() ? all.front() : *chosen).columns;
     return fmt::format("quaternion: {{w: \"{}\", x: \"{}\", y: \"{}\", z: \"{}\"}}", q[0], q[1],
                        q[2], q[3]);
   }
@@ -338,7 +363,7 @@ class ChannelProposal {
   }
 
   void AddImu() {
-    const Vector accel = VectorOf(groups_, Quantity::kAccel);
+    const Vector accel = VectorOf(channel_, groups_, Quantity::kAccel);
     const Vector gyro = GyroscopeOf(channel_, groups_);
     if (!gyro.columns.empty()) streams_->gyros.push_back({place_, gyro.columns, gyro.unit});
     if (!accel.columns.empty()) streams_->accels.push_back({place_, accel.columns, accel.unit});
@@ -380,11 +405,15 @@ class ChannelProposal {
     const bool has_imu = !streams_->accels.empty() && streams_->accels.back().channel == place_;
     const bool may_be_bare = is_csv_ || has_imu || !attitude.empty() ||
                              Mentions(LowerCase(channel_.name), {"pos", "odom", "traj", "track"});
-    const Vector position = PositionOf(groups_, may_be_bare);
+    Vector position = PositionOf(channel_, groups_, may_be_bare);
+    for (const auto* imu : {&streams_->accels, &streams_->gyros}) {  // bare axes of a sensor's file
+      const bool own = !imu->empty() && imu->back().channel == place_;
+      if (own && imu->back().columns == position.columns) position = {};
+    }
     if (position.columns.empty()) {
       if (!attitude.empty()) AddLine("attitude", attitude);
       AddPlaceOnEarth();
-      const Vector velocity = VectorOf(groups_, Quantity::kVelocity);
+      const Vector velocity = VectorOf(channel_, groups_, Quantity::kVelocity);
       if (velocity.columns.empty()) return;
       streams_->velocity = fmt::format(
           "fixes: {{{}velocity: {{{}{}}}, sigma: {{constant: 0.05}}}}  # integrated", from_,
@@ -399,11 +428,42 @@ class ChannelProposal {
         "position: {{{}{}}}{}", ColumnsText(position.columns, UnitOf(position.unit, "m", "m")),
         EarthText(position), NewWhere(sizes, position.columns));
     if (has_imu && !attitude.empty()) AddLine("attitude", attitude);
-    if (attitude.empty() || ((held || few) && has_imu)) {
-      AddLine("fixes", columns + ", sigma: {constant: 0.05}", "state its standard deviation, m");
+    const std::string sigma = SigmaText();
+    if (attitude.empty() || ((held || few) && has_imu) || !sigma.empty()) {
+      AddLine("fixes", columns + (sigma.empty() ? ", sigma: {constant: 0.05}" : sigma) + GateText(),
+              sigma.empty() ? "state its standard deviation, m" : "");
     } else {
-      AddLine("mocap", columns + ", " + attitude, "if truth");
+      const std::string own = AttitudeText(channel_, place_, recording_, &position);
+      AddLine("mocap", columns + ", " + own, "if truth");
+      streams_->attitude_of_mocap = fmt::format("attitude: {{{}{}}}  # mocap's own", from_, own);
     }
+  }
+
+  // A column of standard deviations, as mocap has none; x stands for all axes.
+  std::string SigmaText() const {
+    for (const char* word : {"sigma", "std", "stddev", "sd"}) {
+      for (const ChannelField& field : channel_.fields) {
+        const Texts words = WordsOf(field.name);
+        const auto has = [&](const char* one) {
+          return std::find(words.begin(), words.end(), one) != words.end();
+        };
+        if (!has(word) || has("y") || has("z")) continue;
+        if (Mentions(LowerCase(field.name), {"acc", "gyr", "vel", "yaw", "roll", "pitch", "att"})) {
+          continue;
+        }
+        return fmt::format(", sigma: {{column: \"{}\"}}", field.name);
+      }
+    }
+    return "";
+  }
+  std::string GateText() const {
+    for (const ChannelField& field : channel_.fields) {
+      const std::string name = LowerCase(field.name);
+      if (name == "gate" || name == "gate_id" || name == "gate id" || name == "gateid") {
+        return fmt::format(", gate: {{column: \"{}\"}}", field.name);
+      }
+    }
+    return "";
   }
 
   // North-east-down in any case; counts of 1e-7 deg come with mm, as PX4 has them.
@@ -456,6 +516,9 @@ ProposedStreams ProposeStreams(Recording* recording) {
   }
   const bool has_place = streams.lines.contains("fixes") || streams.lines.contains("mocap");
   if (!has_place && !streams.velocity.empty()) streams.lines["fixes"] = streams.velocity;
+  if (!streams.attitude_of_mocap.empty()) {
+    streams.lines.try_emplace("attitude", streams.attitude_of_mocap);
+  }
   return streams;
 }
 

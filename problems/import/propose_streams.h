@@ -20,6 +20,7 @@ struct ProposedStreams {
   std::map<std::string, std::string> lines;  // by stream
   bool is_z_up = false;                      // the accelerometer reads about +g along z
   std::vector<ProposedVector> accels, gyros;
+  std::string attitude_of_mocap;  // the line that reads it, where there is no other
   std::string velocity;  // the line that reads it, where nothing else says where the vehicle is
 };
 

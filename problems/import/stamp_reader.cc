@@ -90,7 +90,8 @@ struct Counter {
   const char* name;
   TimeNs period;
 };
-constexpr std::array<Counter, 5> kCounters = {{{"32 bits in us", (1LL << 32) * 1000},
+constexpr std::array<Counter, 6> kCounters = {{{"a day", 24 * 3600 * kNsPerSecond},
+                                               {"32 bits in us", (1LL << 32) * 1000},
                                                {"32 bits in ms", (1LL << 32) * 1'000'000},
                                                {"32 bits in ns", 1LL << 32},
                                                {"16 bits in ms", (1LL << 16) * 1'000'000},

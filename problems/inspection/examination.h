@@ -75,6 +75,8 @@ void CheckRows(Examination* e);
 void CheckFrozen(Examination* e);
 // When the IMU's clock jumps, which looks like a gap, while a stream of another clock runs through.
 std::optional<TimeNs> CheckImuJump(Examination* e);
+// Whether all stamps have another unit, by turns and accelerations together; repairs them.
+void CheckTimeScale(Examination* e);
 // Clock and quaternion form of attitude, mocap and pose, by turn rates.
 void CheckRates(Examination* e);
 // Which of gyroscope, accelerometer and attitudes are turned in the body.

@@ -166,6 +166,7 @@ Inspection Inspect(const FlightLog& log, const FileAttitudes& sources) {
                     imu == e.result.streams.end() ? 0 : imu->count,
                     imu == e.result.streams.end() ? 0.0 : imu->rate, few ? "few" : "fast"));
   } else {
+    CheckTimeScale(&e);
     CheckRates(&e);
     CheckBodies(&e);
     CheckVertical(&e);

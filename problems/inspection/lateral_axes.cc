@@ -128,18 +128,23 @@ std::optional<double> OffShare(const std::vector<ShownAxes>& all, int axis) {
   return all.back().fit.share(axis, axis);
 }
 
-Finding ScaleOf(const PositionWitness& witness, int axis, const LateralForce& fit) {
+// An attitude filter that knows no drag (ahrs_drag_error) tilts the force as much as a wrong scale
+// does: by its attitude that is no fault of the accelerometer.
+void JudgeShare(Examination* e, const PositionWitness& witness, int axis, const LateralForce& fit,
+                std::vector<Finding>* findings) {
   const double share = fit.share(axis, axis), sigma = fit.sigma(axis, axis);
   Finding finding{"lateral_force", "imu", Level::kBiases, share, "1", kLateralForce, sigma};
   finding.text = fmt::format(
       "the force along the body's {} that {} shows is {:.2g} +- {:.1g} times what the "
-      "accelerometer reads along it{}",
-      "xy"[axis], witness.stream, finding.size, finding.sigma,
-      witness.of_attitude == "attitude" ? ", or the attitude's tilt errs by as much" : "");
+      "accelerometer reads along it",
+      "xy"[axis], witness.stream, finding.size, finding.sigma);
   finding.remedy =
       "check the scale of this axis; drag is read from it (drag_measurement: {enabled: false} "
       "leaves both out)";
-  return finding;
+  if (!IsOfAhrs(*e, witness)) return findings->push_back(finding);
+  e->result.notes.push_back(
+      "whether an axis of the accelerometer reads another multiple: " + finding.text +
+      ", and an attitude filter that knows no drag (ahrs_drag_error) does as much");
 }
 
 void NoteUnshown(Examination* e, const std::string& stream) {
@@ -171,7 +176,7 @@ std::vector<Finding> CheckLateralAxes(Examination* e, const std::string& stream)
   bool any = false;
   for (int axis = 0; axis < 2; ++axis) {
     if (OffShare(all, axis)) {
-      findings.push_back(ScaleOf(looks.back().witness, axis, all.back().fit));
+      JudgeShare(e, looks.back().witness, axis, all.back().fit, &findings);
     }
     for (const ShownAxes& shown : all) any = any || shown.of(axis, axis) > 0.0;
   }

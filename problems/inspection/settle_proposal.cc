@@ -117,8 +117,7 @@ std::optional<FlightLog> SettleProposal(FoundLog* found) {
 FlightLog ReadAnyLog(const std::string& path, const std::string& map) {
   namespace fs = std::filesystem;
   std::error_code unknown;
-  const bool is_native = IsNativeLog(path) || fs::exists(fs::path(path) / "imu.csv", unknown);
-  if (is_native || !fs::exists(path, unknown)) return ReadCommandLog(path);
+  if (HoldsNativeStreams(path) || !fs::exists(path, unknown)) return ReadCommandLog(path);
   FoundLog found;
   std::optional<FlightLog> settled;
   if (map.empty()) {

@@ -11,6 +11,29 @@ namespace trueline {
 namespace {
 
 bool IsBlank(char c) { return c == ' ' || c == '\t'; }
+
+// The end of a field: the next delimiter that stands in no quotes.
+std::size_t FieldEnd(std::string_view line, std::size_t begin, char delimiter) {
+  std::size_t at = begin;
+  while (at < line.size() && IsBlank(line[at]) && line[at] != delimiter) ++at;
+  if (at < line.size() && line[at] == '"') {
+    const std::size_t close = line.find('"', at + 1);
+    if (close != std::string_view::npos) begin = close;
+  }
+  return line.find(delimiter, begin);
+}
+
+// What writers put where there is no value.
+bool MarksMissing(std::string_view text) {
+  if (text.size() > 9 || text.find_first_of("0123456789") != std::string_view::npos) return false;
+  if (text.find_first_not_of('-') == std::string_view::npos) return true;
+  const std::string word = LowerCase(std::string(text));
+  for (const char* mark :
+       {"na", "n/a", "#n/a", "null", "none", "nil", "-nan", "-nan(ind)", "<na>"}) {
+    if (word == mark) return true;
+  }
+  return false;
+}
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
 // digits * 10^exponent, as read: 1.25e3 is {125, 1}.
@@ -96,7 +119,7 @@ void SplitFields(std::string_view line, char delimiter, std::vector<std::string_
     return;
   }
   for (std::size_t begin = 0;;) {
-    const std::size_t end = line.find(delimiter, begin);
+    const std::size_t end = FieldEnd(line, begin, delimiter);
     fields->push_back(TrimmedField(line.substr(begin, end - begin)));
     if (end == std::string_view::npos) return;
     begin = end + 1;
@@ -124,6 +147,9 @@ void ValueSplitter::Split(std::string_view line, std::vector<std::string_view>* 
     line = with_points_;
   }
   SplitFields(line, separators_.delimiter, fields);
+  for (std::string_view& field : *fields) {
+    if (MarksMissing(field)) field = {};
+  }
 }
 
 bool ParseNumber(std::string_view text, double* value) {

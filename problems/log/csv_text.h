@@ -11,7 +11,8 @@ namespace trueline {
 
 std::string_view TrimmedField(std::string_view text);  // without blanks and one pair of quotes
 
-// The fields of one line. With a `delimiter` of ' ' a run of blanks and tabs counts as one.
+// The fields of one line; a field in quotes may hold the delimiter. With a `delimiter` of ' ' a run
+// of blanks and tabs counts as one.
 void SplitFields(std::string_view line, char delimiter, std::vector<std::string_view>* fields);
 
 // A column of a native log's header, such as "x [m]".
@@ -30,7 +31,8 @@ struct CsvSeparators {
   bool operator==(const CsvSeparators&) const = default;
 };
 
-// Splits lines of values. A decimal comma is given as a point.
+// Splits lines of values. A decimal comma is given as a point, a mark of a missing value ("--",
+// "NA", "null") as nothing.
 class ValueSplitter {
  public:
   explicit ValueSplitter(const CsvSeparators& separators) : separators_(separators) {}

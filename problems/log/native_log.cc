@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
@@ -10,6 +11,7 @@
 #include "problems/log/imu_health.h"
 #include "problems/log/log_yaml.h"
 #include "problems/log/stream_reader.h"
+#include "problems/log/text_file.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
@@ -272,6 +274,20 @@ bool IsNativeLog(const fs::path& folder) {
   return fs::exists(folder / "log.yaml", unknown);
 }
 
+bool HoldsNativeStreams(const fs::path& folder) {
+  if (IsNativeLog(folder)) return true;
+  std::error_code unknown;
+  if (!fs::is_regular_file(folder / "imu.csv", unknown)) return false;
+  std::string_view line;
+  LineReader lines(folder / "imu.csv");
+  if (!lines.NextFilled(&line)) return true;  // whose reader says that it is empty
+  const std::vector<HeaderColumn> header = SplitHeader(line);
+  const auto has = [&](const char* name) {
+    return std::ranges::find(header, name, &HeaderColumn::name) != header.end();
+  };
+  return has("t") && has("ax") && has("ay") && has("az") && has("gx") && has("gy") && has("gz");
+}
+
 bool HasPositions(const FlightLog& log) {
   return !log.fixes.empty() || !log.mocap.empty() || !log.pose.empty();
 }
@@ -299,6 +315,21 @@ void WriteStreams(const FlightLog& log, const fs::path& directory) {
       WriteStream(stream, samples, path);
     }
   });
+}
+
+NativeFolder::NativeFolder(const FlightLog& log, bool wanted) : path_(log.directory) {
+  if (!wanted || (!log.directory.empty() && IsNativeLog(path_))) return;
+  std::string copy = (fs::temp_directory_path() / "trueline-XXXXXX").string();
+  if (mkdtemp(copy.data()) == nullptr) {
+    throw InputError(copy + ": can't be made; free space in the folder for temporary files");
+  }
+  path_ = copy_ = copy;
+  WriteNativeLog(log, copy_);
+}
+
+NativeFolder::~NativeFolder() {
+  std::error_code gone_already;
+  if (!copy_.empty()) fs::remove_all(copy_, gone_already);
 }
 
 }  // namespace trueline

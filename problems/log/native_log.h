@@ -20,7 +20,9 @@ FlightLog ReadNativeLog(const std::filesystem::path& directory);
 FlightLog ReadCommandLog(const std::filesystem::path& directory);
 
 bool IsNativeLog(const std::filesystem::path& folder);  // by its log.yaml
-bool HasPositions(const FlightLog& log);                // of any stream
+// Where that is lost, also by the names of imu.csv's columns.
+bool HoldsNativeStreams(const std::filesystem::path& folder);
+bool HasPositions(const FlightLog& log);  // of any stream
 bool ReadsWithoutPositions(const FlightLog& log);
 // Throws InputError for a log without.
 void RequirePositions(const FlightLog& log, const std::string& directory);
@@ -43,5 +45,21 @@ void ReadStreams(const std::filesystem::path& directory, FlightLog* log);
 // Numbers are written with as many digits as it takes to read the same double back, times with nine
 // decimals. A stream that is empty is not written, and a file of it from before is removed.
 void WriteStreams(const FlightLog& log, const std::filesystem::path& directory);
+
+// The folder of a native log, for a page that draws it: its own, or of a foreign log a copy while
+// this object lives.
+class NativeFolder {
+ public:
+  // Without `wanted` there is no copy.
+  NativeFolder(const FlightLog& log, bool wanted);
+  ~NativeFolder();
+  NativeFolder(const NativeFolder&) = delete;
+  NativeFolder& operator=(const NativeFolder&) = delete;
+
+  std::string path() const { return path_.string(); }
+
+ private:
+  std::filesystem::path path_, copy_;
+};
 
 }  // namespace trueline

@@ -1,8 +1,11 @@
 #include "problems/log/units.h"
 
+#include <algorithm>
 #include <array>
 #include <cctype>
+#include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "problems/common/units.h"
 #include "problems/log/csv_text.h"
@@ -25,6 +28,7 @@ constexpr auto kUnits = std::to_array<Unit>({
     {"s", "ns", 1e-9},
     {"m", "cm", 1e-2},
     {"m", "mm", 1e-3},
+    {"m", "ft", 0.3048},
     {"rad", "deg", kDegree},
     {"rad/s", "deg/s", kDegree},
     {"rad/s", "mrad/s", 1e-3},
@@ -83,7 +87,7 @@ class DateScanner {
   }
   // One of the characters.
   bool Skip(std::string_view any) {
-    if (left_.empty() || any.find(left_.front()) == std::string_view::npos) return false;
+    if (!StartsWithOneOf(any)) return false;
     left_.remove_prefix(1);
     return true;
   }
@@ -99,19 +103,63 @@ class DateScanner {
     }
     return fraction;
   }
+  // A word in capitals, after blanks or none.
+  bool Word(std::string_view word) {
+    const std::string_view text =
+        left_.substr(std::min(left_.find_first_not_of(' '), left_.size()));
+    if (!text.starts_with(word) && !text.starts_with(LowerCase(std::string(word)))) return false;
+    left_ = text.substr(word.size());
+    return true;
+  }
+  bool StartsWithOneOf(std::string_view any) const {
+    return !left_.empty() && any.find(left_.front()) != std::string_view::npos;
+  }
   bool AtEnd() const { return left_.empty(); }
 
  private:
   std::string_view left_;
 };
 
+// "13:00:25.5", also of twelve hours; "00:25.5" is in minutes if it has a fraction.
 bool ReadClock(DateScanner* scan, TimeNs* time) {
   int hour = 0, minute = 0, second = 0;
-  if (!scan->Number(2, 0, 24, &hour) || !scan->Skip(":") || !scan->Number(2, 0, 59, &minute) ||
-      !scan->Skip(":") || !scan->Number(2, 0, 60, &second)) {
+  if (!scan->Number(2, 0, 60, &hour) || !scan->Skip(":") || !scan->Number(2, 0, 60, &minute)) {
     return false;
   }
-  *time = hour * kNsPerHour + minute * kNsPerMinute + second * kNsPerSecond + scan->Fraction();
+  if (!scan->Skip(":")) {
+    if (!scan->StartsWithOneOf(".,")) return false;
+    *time = hour * kNsPerMinute + minute * kNsPerSecond + scan->Fraction();
+    return true;
+  }
+  if (!scan->Number(2, 0, 60, &second)) return false;
+  const TimeNs fraction = scan->Fraction();
+  const bool afternoon = scan->Word("PM");
+  if (afternoon || scan->Word("AM")) hour = hour % 12 + (afternoon ? 12 : 0);
+  *time = hour * kNsPerHour + minute * kNsPerMinute + second * kNsPerSecond + fraction;
+  return hour <= 24 && minute < 60;
+}
+
+// 2024-05-20, 05/20/2024 or 20.05.2024. The order of day and month of a flight within one day does
+// not matter.
+bool ReadDate(DateScanner* scan, std::chrono::sys_days* date) {
+  int year = 0, month = 0, day = 0;
+  DateScanner other = *scan;
+  if (scan->Number(4, 1900, 2200, &year)) {
+    if (!scan->Skip("-/") || !scan->Number(2, 1, 12, &month) || !scan->Skip("-/") ||
+        !scan->Number(2, 1, 31, &day)) {
+      return false;
+    }
+  } else {
+    *scan = other;
+    if (!scan->Number(2, 1, 31, &month) || !scan->Skip("-/.") || !scan->Number(2, 1, 31, &day) ||
+        !scan->Skip("-/.") || !scan->Number(4, 1900, 2200, &year)) {
+      return false;
+    }
+    if (month > 12) std::swap(month, day);
+  }
+  if (month > 12) return false;
+  *date = std::chrono::year(year) / std::chrono::month(static_cast<unsigned>(month)) /
+          std::chrono::day(static_cast<unsigned>(day));
   return true;
 }
 
@@ -137,23 +185,23 @@ bool ParseDateTime(std::string_view text, TimeNs* time) {
   if (text.ends_with(kDuration)) {
     return ParseTime(text.substr(0, text.size() - kDuration.size()), 9, time);
   }
+  TimeNs clock = 0, zone = 0, days = 0;
+  constexpr std::string_view kDays = " days ";  // of durations of pandas
+  if (const std::size_t at = text.find(kDays); at != std::string_view::npos) {
+    if (!ParseTime(text.substr(0, at), 0, &days)) return false;
+    text = text.substr(at + kDays.size());
+  }
   DateScanner scan(text);
-  TimeNs clock = 0, zone = 0;
   if (text.size() > 2 && text[2] == ':') {
     if (!ReadClock(&scan, &clock) || !scan.AtEnd()) return false;
-    *time = clock;
+    *time = 24 * kNsPerHour * days + clock;
     return true;
   }
-  int year = 0, month = 0, day = 0;
-  const bool is_date = scan.Number(4, 1900, 2200, &year) && scan.Skip("-/") &&
-                       scan.Number(2, 1, 12, &month) && scan.Skip("-/") &&
-                       scan.Number(2, 1, 31, &day) && scan.Skip("Tt ");
-  if (!is_date || !ReadClock(&scan, &clock) || !ReadZone(&scan, &zone) || !scan.AtEnd()) {
+  std::chrono::sys_days date;
+  if (!ReadDate(&scan, &date) || !scan.Skip("Tt ") || !ReadClock(&scan, &clock) ||
+      !ReadZone(&scan, &zone) || !scan.AtEnd()) {
     return false;
   }
-  const std::chrono::sys_days date = std::chrono::year(year) /
-                                     std::chrono::month(static_cast<unsigned>(month)) /
-                                     std::chrono::day(static_cast<unsigned>(day));
   *time = std::chrono::nanoseconds(date.time_since_epoch()).count() + clock - zone;
   return true;
 }

@@ -19,8 +19,9 @@ int TimeExponent(double unit_in_seconds);
 
 // Dates and times of day as text.
 
-// "2024-05-01T23:59:55.25Z" (ISO 8601; a blank for the T, slashes, a zone as +02:00, none for UTC)
-// since 1970, "23:59:55.25" since midnight, or "0.25 sec". False for any other text.
+// "2024-05-01T23:59:55.25Z" (ISO 8601; a blank for the T, slashes, a zone as +02:00, none for UTC),
+// "05/20/2024 01:00:00 PM" or "20.05.2024 13:00:00" since 1970; "23:59:55.25" since midnight,
+// "59:55.25" of minutes, "1 days 00:00:00.25" or "0.25 sec". False for any other text.
 bool ParseDateTime(std::string_view text, TimeNs* time);
 
 }  // namespace trueline

@@ -60,9 +60,9 @@ TEST_F(BadFlight, NotANumber) {
 
 TEST_F(BadFlight, UnknownUnit) {
   auto lines = Lines("fixes.csv");
-  lines[0].replace(lines[0].find("x [m]"), 5, "x [ft]");
+  lines[0].replace(lines[0].find("x [m]"), 5, "x [yd]");
   WriteLines("fixes.csv", lines);
-  ExpectRefused({"fixes.csv:1: column 'x': unit 'ft' is not known here", "use one of:"});
+  ExpectRefused({"fixes.csv:1: column 'x': unit 'yd' is not known here", "use one of:"});
 }
 
 TEST_F(BadFlight, UnknownKey) {

@@ -187,7 +187,7 @@ TEST_F(ConvertApp, RefusesABinaryLogForAMapOfCsv) {
 TEST_F(ConvertApp, SaysThatNoMapFits) {
   const Outcome none = Run(fmt::format("--in='{}' --out='{}'", csv_, out_));
   EXPECT_EQ(none.exit_code, 3);
-  EXPECT_THAT(none.err, HasSubstr("has no IMU by the names of its fields"));
+  EXPECT_THAT(none.err, HasSubstr("has no accelerometer and gyroscope by the names of its fields"));
   EXPECT_THAT(ReadText(out_ + "/proposed_map.yaml"),
               HasSubstr("inputs:\n  log: {delimiter: \",\""));
   EXPECT_FALSE(std::filesystem::exists(out_ + "/log.yaml"));

@@ -288,7 +288,7 @@ TEST_F(Converters, NamelessTrajectoriesAreKnownByTheirShape) {
         return fmt::format("{},1,2,3,1,0,0,0,0.1,0.2,0.3,", 1403715273267142976 + 5'000'000 * i);
       });
   const CsvLayout layout = GuessCsvLayout(vins);
-  EXPECT_TRUE(layout.is_named_by_shape);
+  EXPECT_TRUE(layout.has_made_names);
   EXPECT_EQ(layout.columns[4], "qw");
   EXPECT_EQ(layout.time->exponent, 0);
 }

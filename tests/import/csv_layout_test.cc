@@ -56,6 +56,53 @@ TEST_F(CsvLayoutOf, WithoutAHeaderColumnsAreNumbers) {
                                                     "          -"));
 }
 
+TEST_F(CsvLayoutOf, ARowMayHoldText) {
+  const CsvLayout layout = Guess("0.1234567890123,ARMED,2.5\n0.2,ARMED,2.5\n0.3,ARMED,2.5\n");
+  EXPECT_FALSE(layout.header);
+  EXPECT_THAT(List("0.1234567890123,ARMED,2.5\n0.2,ARMED,2.5\n0.3,ARMED,2.5\n"), HasSubstr("3"));
+  EXPECT_TRUE(Guess("t,0,1\n0.1,2,3\n0.2,2,3\n").header);
+}
+
+TEST_F(CsvLayoutOf, ALineOfTypesIsNoRow) {
+  const CsvLayout layout = Guess("t,a\nfloat64,float64\n0.1,2\n0.2,2\n");
+  EXPECT_TRUE(layout.units_line);
+  EXPECT_EQ(layout.time->column, 0U);
+}
+
+// Motive's head, and that of a table of pandas with columns of two levels.
+TEST_F(CsvLayoutOf, LinesAboveTellNamesApart) {
+  const CsvLayout motive = Guess(
+      "Format,1.23,Rate,100\n\n,,Body,Body,Body,Body\n,,\"1\",\"1\",\"1\",\"1\"\n"
+      ",,Rotation,Rotation,Position,Position\nFrame,Time (Seconds),X,Y,X,Y\n"
+      "0,0.00,1,2,3,4\n1,0.01,1,2,3,4\n2,0.02,1,2,3,4\n3,0.03,1,2,3,4\n4,0.04,1,2,3,4\n"
+      "5,0.05,1,2,3,4\n6,0.06,1,2,3,4\n");
+  EXPECT_EQ(motive.columns, (std::vector<std::string>{"Frame", "Time (Seconds)", "Rotation.X",
+                                                      "Rotation.Y", "Position.X", "Position.Y"}));
+  ASSERT_TRUE(motive.time);
+  EXPECT_EQ(motive.time->column, 1U);
+  EXPECT_EQ(motive.time->exponent, 9);
+  EXPECT_EQ(motive.LinesBeforeRows(), 6);
+  const CsvLayout pandas =
+      Guess("t,acc,acc,gyro\n,x,y,x\n0.1,1,2,3\n0.2,1,2,3\n0.3,1,2,3\n0.4,1,2,3\n");
+  EXPECT_EQ(pandas.columns, (std::vector<std::string>{"t", "acc.x", "acc.y", "gyro.x"}));
+  EXPECT_EQ(Guess("# t x\n0.1 2\n0.2 2\n0.3 2\n").columns, (std::vector<std::string>{"t", "x"}));
+}
+
+TEST_F(CsvLayoutOf, SaysWhyATimeIsNone) {
+  const CsvLayout date = Guess("time,n\nlast May,1\nlast May,2\nlast May,4\n");
+  EXPECT_FALSE(date.time);
+  EXPECT_THAT(date.time_problem, HasSubstr("column 'time' reads 'last May'"));
+  const CsvLayout lost = Guess("time,a\n1.77e9,1\n1.77e9,2\n1.77e9,4\n1.77e9,3\n");
+  EXPECT_THAT(lost.time_problem, HasSubstr("does not rise"));
+  EXPECT_THAT(Guess("t [min],a\n0.1,1\n0.2,1\n0.3,1\n").time_problem, HasSubstr("unit of time"));
+  EXPECT_FALSE(Guess("frame,a\n7,1\n8,1\n9,1\n10,1\n").time);
+  // A comment among many rows does not spoil the column.
+  std::string rows = "t,a\n";
+  for (int i = 0; i < 200; ++i)
+    rows += fmt::format("{}\n", i == 99 ? "# lost" : fmt::format("{},1", 0.01 * i));
+  EXPECT_TRUE(Guess(rows).time);
+}
+
 TEST_F(CsvLayoutOf, NamesThatFitNoColumnsAreNotUsed) {
   const CsvLayout layout = Guess("time,a\n1,2,3\n2,2,3\n");
   EXPECT_THAT(layout.warning, HasSubstr("names 2 columns where the rows have 3"));
@@ -143,7 +190,7 @@ TEST_F(CsvLayoutOf, SaysWhatIsMissing) {
   const auto why = [&](const std::string& text) {
     return WhyNoMapFits(OpenRecording(files_.Write("log", text)).get());
   };
-  EXPECT_THAT(why("t,a\n1,2\n2,3\n"), HasSubstr("has no IMU"));
+  EXPECT_THAT(why("t,a\n1,2\n2,3\n"), HasSubstr("has no accelerometer and gyroscope"));
   EXPECT_THAT(why("t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z\n1,2,3,4,5,6,7\n"),
               HasSubstr("no map in config/import fits it, though"));
   EXPECT_THAT(why("1.0 1 2 3 0 0 0 1\n1.1 1 2 3 0 0 0 1\n"), HasSubstr("is a trajectory"));

@@ -64,6 +64,92 @@ TEST_F(Proposal, AttitudesMayBeAngles) {
       << map_;
 }
 
+TEST_F(Proposal, UnitsAreSpelledInManyWays) {
+  for (const char* force : {"m/s²", "m s^-2", "m/s**2", "ms-2"}) {
+    for (const char* rate : {"°/s", "deg/sec", "degrees/second"}) {
+      const FlightLog log = Convert(
+          fmt::format(
+              "t,acc_x [{0}],acc_y [{0}],acc_z [{0}],gyro_x ({1}),gyro_y ({1}),gyro_z ({1}),"
+              "pos_x (meters),pos_y (meters),pos_z (meters)\n",
+              force, rate),
+          ",0,0,-1.5,0,0,3,1,2,3");
+      EXPECT_EQ(log.imu[0].accel.z(), -1.5) << map_;
+      EXPECT_NEAR(log.imu[0].gyro.z(), 3.0 * kDegree, 1e-12) << map_;
+      EXPECT_EQ(log.fixes[0].p_E.z(), 3.0) << map_;
+    }
+  }
+  EXPECT_NEAR(Convert(std::string(kImuNames) + ",pos_x[ft],pos_y[ft],pos_z[ft]\n",
+                      std::string(kImuRow) + ",1,2,10")
+                  .fixes[0]
+                  .p_E.z(),
+              3.048, 1e-9)
+      << map_;
+}
+
+TEST_F(Proposal, MocapHasTheAttitudeOfItsNames) {
+  const FlightLog log =
+      Convert(std::string(kImuNames) +
+                  ",qw,qx,qy,qz,vicon_x,vicon_y,vicon_z,vicon_qw,vicon_qx,vicon_qy,vicon_qz\n",
+              std::string(kImuRow) + ",1,0,0,0,1,2,3,0,0,0,1");
+  EXPECT_NEAR(log.attitude[0].q_Ep_I.angularDistance(log.mocap[0].q_E), M_PI, 1e-6) << map_;
+}
+
+TEST_F(Proposal, DeviationsAndGatesAreRead) {
+  const FlightLog log = Convert(std::string(kImuNames) + ",pos_x,pos_y,pos_z,sigma,gate_id\n",
+                                std::string(kImuRow) + ",1,2,3,0.4,7");
+  ASSERT_EQ(log.fixes.size(), 3U) << map_;
+  EXPECT_EQ(log.fixes[0].sigma, 0.4) << map_;
+  EXPECT_EQ(log.fixes[0].gate, 7) << map_;
+}
+
+TEST_F(Proposal, MarksOfMissingValuesAndRepeatedNamesAreNoFault) {
+  std::string csv = std::string(kImuNames) + ",pos_x,pos_y,pos_z\n";
+  const std::string names = csv;
+  const char* const marks[] = {"NA", "--", "None", "null", "#N/A"};
+  for (int i = 0; i < 50; ++i) {
+    const char* mark = marks[i % 5];
+    csv += fmt::format("{:.2f},0,0,-9.81,0,0,0.5,{},{},{}\n", 0.01 * i, i % 2 ? "1" : mark,
+                       i % 2 ? "2" : mark, i % 2 ? "3" : mark);
+    if (i == 20) csv += names + "# a comment\n";
+  }
+  const std::string file = files_.Write("flight.csv", csv);
+  map_ = ProposeMap(OpenRecording(file).get());
+  const FlightLog log = ConvertLog(ReadImportMap(files_.Write("map.yaml", map_)), {file}, {});
+  EXPECT_EQ(log.imu.size(), 50U) << map_;
+  EXPECT_EQ(log.fixes.size(), 25U) << map_;
+}
+
+TEST_F(Proposal, QuotedFieldsMayHoldTheDelimiter) {
+  const FlightLog log =
+      Convert("\"time\",\"note, of all\",acc_x,acc_y,acc_z,gyro_x,gyro_y,gyro_z,x,y,z\n",
+              ",\"a, b\",0,0,-9.81,0,0,0.5,1,2,3");
+  EXPECT_EQ(log.fixes[0].p_E.z(), 3.0) << map_;
+}
+
+// Files of one sensor each, whose names are those of the sensors.
+TEST_F(Proposal, BareAxesHaveTheNameOfTheirFile) {
+  std::vector<std::string> files;
+  for (const auto& [name, row] :
+       {std::pair{"accel", "0,0,-9.81"}, {"gyro", "0,0,0.5"}, {"position", "1,2,3"}}) {
+    std::string csv = "t,x,y,z\n";
+    for (int i = 0; i < 9; ++i) csv += fmt::format("{:.2f},{}\n", 0.01 * i, row);
+    files.push_back(files_.Write(fmt::format("{}.csv", name), csv));
+  }
+  const FlightLog log = ConvertFound(FindLog(files), {});
+  EXPECT_EQ(log.imu[0].accel.z(), -9.81);
+  EXPECT_EQ(log.imu[4].gyro.z(), 0.5);
+  EXPECT_EQ(log.fixes[0].p_E.z(), 3.0);
+}
+
+TEST_F(Proposal, ARefusalSaysWhatWasFound) {
+  const std::string file =
+      files_.Write("flight.csv", "t,gyro_x,gyro_y,gyro_z,a1\n0.1,1,2,3,4\n0.2,1,2,3,4\n");
+  const std::string why = WhyNoMapFits(OpenRecording(file).get());
+  EXPECT_THAT(why, HasSubstr("has no accelerometer by the names"));
+  EXPECT_THAT(why, HasSubstr("The gyroscope is gyro_x, gyro_y, gyro_z"));
+  EXPECT_THAT(why, HasSubstr("its fields are t, gyro_x, gyro_y, gyro_z, a1"));
+}
+
 TEST_F(Proposal, WhatIsMeasuredCountsBeforeSetpointsAndEstimates) {
   const FlightLog log = Convert(
       "t,ref_pos_x,ref_pos_y,ref_pos_z,est_acc_x,est_acc_y,est_acc_z,imu_acc_x,imu_acc_y,imu_acc_z,"

@@ -355,6 +355,30 @@ TEST(Inspect, NamesTheUnitOfStamps) {
   EXPECT_THAT(harmful, testing::Not(Contains("cover of attitude")));
 }
 
+// A frame count read as ms: turns go with the unit of time, accelerations with its square.
+TEST(Inspect, NamesTheUnitOfAllStampsTogether) {
+  for (const double unit : {0.2, 2.0}) {
+    FlightLog log = GoodLog();
+    ForEachStream(log, [&](const Stream&, auto& samples) {
+      for (auto& sample : samples) sample.t = FromSeconds(unit * ToSeconds(sample.t));
+    });
+    const Inspection inspection = Inspect(log, {});
+    EXPECT_THAT(Harmful(inspection), testing::ElementsAre("time_scale of imu")) << unit;
+    EXPECT_NEAR(inspection.findings.front().size * unit, 1.0, 0.05);
+  }
+  FlightLog scaled = GoodLog();  // the gyroscope alone is off
+  for (ImuSample& sample : scaled.imu) sample.gyro *= 0.5;
+  EXPECT_THAT(Harmful(Inspect(scaled, {})), testing::Not(Contains("time_scale of imu")));
+}
+
+// A filter that knows no drag tilts the force as a wrong scale does.
+TEST(Inspect, DoesNotBlameAnAxisByTheAttitudeOfAnAhrs) {
+  FlightLog log = GoodLog();
+  for (ImuSample& sample : log.imu) sample.accel.y() *= 2.0;
+  log.mocap.clear();
+  EXPECT_THAT(Harmful(Inspect(log, {})), testing::Not(Contains("lateral_force of imu")));
+}
+
 // Without mocap a reversed axis and a turned attitude look alike.
 TEST(Inspect, DoesNotTurnAnAttitudeForTheAccelerometer) {
   FlightLog log = GoodLog();

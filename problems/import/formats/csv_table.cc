@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -52,17 +53,27 @@ std::vector<std::string> Split(std::string_view line, const CsvSeparators& separ
   return {texts.begin(), texts.end()};
 }
 
-// Whether a line has values: most of its fields are numbers, and none is a name.
-bool AreNumbers(const std::vector<std::string>& texts) {
+bool IsValue(const std::string& text) {
   double value = 0.0;
   TimeNs time = 0;
-  std::size_t numbers = 0;
-  for (const std::string& text : texts) {
-    const bool is_value = ParseNumber(text, &value) || ParseDateTime(text, &time);
-    if (!is_value && !text.empty()) return false;
-    numbers += is_value ? 1 : 0;
+  return ParseNumber(text, &value) || ParseDateTime(text, &time);
+}
+
+std::size_t CountValues(const std::vector<std::string>& texts) {
+  return static_cast<std::size_t>(std::count_if(texts.begin(), texts.end(), IsValue));
+}
+
+// Whether a line names the columns of a row: it has text where the row has values, or hardly a
+// value. A row may hold text, too.
+bool AreNames(const std::vector<std::string>& texts, const std::vector<std::string>& row) {
+  const std::size_t values = CountValues(texts);
+  bool names = false, any_text = false;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    const bool is_text = !texts[i].empty() && !IsValue(texts[i]);
+    any_text = any_text || is_text;
+    names = names || (is_text && i < row.size() && IsValue(row[i]));
   }
-  return numbers > 0;
+  return any_text && (names || texts.size() != row.size() || 2 * values <= texts.size());
 }
 
 // Blanks separate only where nothing else does: names and values may have blanks beside commas.
@@ -163,18 +174,23 @@ int TimeScore(const std::string& column) {
   return score;
 }
 
-// The numbers of a column, in s of dates; empty cells are left out. Empty if one is neither.
+// The numbers of a column, in s of dates; empty cells are left out. Empty if more than a few rows
+// have something else.
 std::vector<double> ColumnOf(const std::vector<std::vector<std::string>>& rows,
                              std::size_t column) {
+  constexpr std::size_t kOneIn = 10;  // may be a comment or names again
   std::vector<double> values;
+  std::size_t others = 0;
   for (const std::vector<std::string>& row : rows) {
-    if (column >= row.size()) return {};
-    if (row[column].empty()) continue;
+    if (column < row.size() && row[column].empty()) continue;
     double value = 0.0;
     TimeNs date = 0;
-    const bool is_number = ParseNumber(row[column], &value);
-    if (!is_number && !ParseDateTime(row[column], &date)) return {};
-    values.push_back(is_number ? value : ToSeconds(date));
+    const bool is_number = column < row.size() && ParseNumber(row[column], &value);
+    if (is_number || (column < row.size() && ParseDateTime(row[column], &date))) {
+      values.push_back(is_number ? value : ToSeconds(date));
+    } else if (kOneIn * ++others > rows.size()) {
+      return {};
+    }
   }
   return values;
 }
@@ -185,6 +201,15 @@ bool IsRunningNumber(const std::vector<double>& values) {
     if (values[i] - values[i - 1] != 1.0) return false;
   }
   return !values.empty() && (values.front() == 0.0 || values.front() == 1.0);
+}
+
+// A name of what counts rows, frames or messages.
+bool NamesCount(const std::string& column) {
+  const std::string name = BareName(column);
+  for (const char* start : {"frame", "sample", "index", "idx", "seq", "count", "row", "unnamed"}) {
+    if (name.starts_with(start)) return true;
+  }
+  return name == "id" || name == "no" || name == "nr" || name == "n" || name == "number";
 }
 
 bool Rises(const std::vector<double>& values) {
@@ -221,22 +246,45 @@ bool IsStepOfLog(double step, int exponent) {
   return seconds > 2e-5 && seconds < 1.5;
 }
 
+// Units of time by name, as powers of ten of a nanosecond; below zero: one that is not read.
+constexpr int kUnreadUnit = -1;
+constexpr auto kTimeUnits =
+    std::to_array<std::pair<std::string_view, int>>({{"ns", 0},
+                                                     {"nsec", 0},
+                                                     {"nanos", 0},
+                                                     {"nanoseconds", 0},
+                                                     {"us", 3},
+                                                     {"usec", 3},
+                                                     {"micros", 3},
+                                                     {"microseconds", 3},
+                                                     {"timeus", 3},
+                                                     {"ms", 6},
+                                                     {"msec", 6},
+                                                     {"millis", 6},
+                                                     {"milliseconds", 6},
+                                                     {"timems", 6},
+                                                     {"s", 9},
+                                                     {"sec", 9},
+                                                     {"secs", 9},
+                                                     {"seconds", 9},
+                                                     {"min", kUnreadUnit},
+                                                     {"minutes", kUnreadUnit},
+                                                     {"h", kUnreadUnit},
+                                                     {"hours", kUnreadUnit},
+                                                     {"ticks", kUnreadUnit}});
+
 // The unit that a column's name ends in.
 std::optional<int> StatedExponent(const std::string& column, const std::string& stated) {
   const std::string name = LowerCase(column);
-  const auto says = [&](const char* unit) {
-    const std::string end = unit;
-    return stated == end || name.ends_with("_" + end) || name.ends_with("[" + end + "]") ||
-           name.ends_with("(" + end + ")");
-  };
-  const auto is = [&](std::initializer_list<const char*> words) {
-    return std::any_of(words.begin(), words.end(),
-                       [&](const char* word) { return name.ends_with(word); });
-  };
-  if (says("ns") || says("nsec") || is({"nanos", "nanoseconds"})) return 0;
-  if (says("us") || says("usec") || is({"timeus", "micros", "microseconds"})) return 3;
-  if (says("ms") || says("msec") || is({"timems", "millis", "milliseconds"})) return 6;
-  if (says("s") || says("sec") || is({"seconds"})) return 9;
+  for (const auto& [unit, exponent] : kTimeUnits) {
+    const bool is_stated = stated == unit || name.ends_with(fmt::format("_{}", unit)) ||
+                           name.ends_with(fmt::format("[{}]", unit)) ||
+                           name.ends_with(fmt::format("({})", unit));
+    if (is_stated) return exponent;
+  }
+  for (const auto& [unit, exponent] : kTimeUnits) {
+    if (unit.size() > 4 && name.ends_with(unit)) return exponent;
+  }
   return std::nullopt;
 }
 
@@ -279,23 +327,12 @@ std::string UnitText(const std::string& text) {
   return bracketed ? text.substr(1, text.size() - 2) : text;
 }
 
-// A line of units: some are known or in brackets, and none is a value.
+// A line of units or types below the names: text, but for the unit 1.
 bool IsUnitsLine(const std::vector<std::string>& texts) {
-  const auto is_unit = [](const std::string& text) {
-    const std::string unit = UnitText(text);
-    if (unit != text && !unit.empty()) return true;
-    for (const char* si : {"s", "m", "m/s", "m/s^2", "rad", "rad/s", "V"}) {
-      if (UnitFactor(si, unit)) return true;
-    }
-    return false;
-  };
-  const auto is_value = [](const std::string& text) {
-    double number = 0.0;
-    TimeNs time = 0;
-    return text != "1" && (ParseNumber(text, &number) || ParseDateTime(text, &time));
-  };
-  return std::any_of(texts.begin(), texts.end(), is_unit) &&
-         std::none_of(texts.begin(), texts.end(), is_value);
+  const auto is_text = [](const std::string& t) { return !t.empty() && !IsValue(t); };
+  return std::any_of(texts.begin(), texts.end(), is_text) &&
+         std::all_of(texts.begin(), texts.end(),
+                     [&](const std::string& t) { return t.empty() || t == "1" || is_text(t); });
 }
 
 // A column of times, with the nanoseconds beside it.
@@ -310,9 +347,26 @@ std::vector<double> TimesOf(const CsvLayout& layout, std::size_t column,
   return values;
 }
 
+// Why a column that is named as a time gives none.
+std::string WhyUnread(const CsvLayout& layout, std::size_t column,
+                      const std::vector<std::vector<std::string>>& rows) {
+  const std::vector<std::string>& row = rows[rows.size() / 2];
+  const std::string text = column < row.size() ? row[column] : "";
+  const std::string& name = layout.columns[column];
+  if (!IsValue(text)) {
+    return fmt::format(
+        "column '{}' reads '{}', which is no time that is known; give s since any start, or "
+        "2024-05-01T23:59:55.010Z",
+        name, text);
+  }
+  return fmt::format(
+      "column '{}' does not rise from row to row (it reads {}); export it with all its digits, or "
+      "name another",
+      name, text);
+}
+
 // The names of the first line, or numbers.
 void NameColumns(const std::vector<std::string>& first, std::size_t width, CsvLayout* layout) {
-  layout->header = !AreNumbers(first);
   if (layout->header && first.size() == width) {
     layout->columns = first;
     for (std::size_t i = 0; i < width; ++i) {
@@ -364,22 +418,66 @@ std::vector<std::string> NamesByShape(const std::vector<std::vector<std::string>
   return names;
 }
 
-// A line after names and units that shows how numbers are written.
+// A line after names and units that shows how numbers are written: no comment, nor names again.
 const std::string& RowOf(const std::vector<std::string>& lines) {
-  return lines.size() < 4 ? lines.back() : lines[lines.size() / 2];
+  if (lines.size() < 4) return lines.back();
+  const auto middle = lines.begin() + static_cast<std::ptrdiff_t>(lines.size() / 2);
+  const auto row = std::find_if(middle, lines.end(), [](const std::string& line) {
+    return !line.starts_with('#') && CountNumbers(Split(line, SeparatorsOf(line))) > 0;
+  });
+  return row == lines.end() ? *middle : *row;
 }
 
-// The place of the line of names after a head whose lines have other numbers of fields than the
-// rows; 0 where there is no head.
-std::size_t NamesAfterHead(const std::vector<std::string>& lines, const CsvSeparators& separators) {
-  const CsvSeparators plain{separators.delimiter, false};
-  const std::size_t width = Split(lines[lines.size() / 2], separators).size();
-  if (Split(lines.front(), plain).size() == width) return 0;
-  for (std::size_t i = 1; i < lines.size() / 2; ++i) {
-    const std::vector<std::string> names = Split(lines[i], plain);
-    if (names.size() == width) return AreNumbers(names) ? 0 : i;
+// Where the head of a table ends.
+struct Head {
+  std::size_t names = 0;                 // place of the line of names
+  std::vector<std::string> joined = {};  // names of several lines, as of Motive and MultiIndex
+};
+
+bool AreUnique(std::vector<std::string> names) {
+  std::erase(names, "");
+  std::sort(names.begin(), names.end());
+  return std::adjacent_find(names.begin(), names.end()) == names.end();
+}
+
+// The names of the last line, each after what the lines above say of its column, where that is not
+// the same of all columns.
+std::vector<std::string> Joined(const std::vector<std::vector<std::string>>& lines) {
+  std::vector<std::string> joined(lines.back().size());
+  for (const std::vector<std::string>& line : lines) {
+    std::vector<std::string> texts = line;
+    std::erase(texts, "");
+    const bool differ = std::any_of(texts.begin(), texts.end(),
+                                    [&](const std::string& t) { return t != texts.front(); });
+    if (!differ && &line != &lines.back()) continue;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      if (line[i].empty() || IsValue(line[i])) continue;
+      joined[i] += (joined[i].empty() ? "" : ".") + line[i];
+    }
   }
-  return 0;
+  return joined;
+}
+
+// Lines of a head that have other numbers of fields than the rows are skipped. Where names repeat,
+// the lines above tell them apart.
+Head HeadOf(const std::vector<std::string>& lines, const std::vector<std::string>& row,
+            const CsvSeparators& separators) {
+  std::vector<std::vector<std::string>> texts;  // lines of the rows' width before the first row
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < lines.size() / 2; ++i) {
+    std::vector<std::string> line = Split(lines[i], {separators.delimiter, false});
+    if (line.size() != row.size()) continue;
+    if (!AreNames(line, row)) {
+      if (CountValues(line) < CountValues(row)) continue;  // numbers of bodies, or a row with gaps
+      break;
+    }
+    texts.push_back(std::move(line));
+    places.push_back(i);
+  }
+  if (texts.empty()) return {};
+  const auto unique = std::find_if(texts.begin(), texts.end(), AreUnique);
+  if (unique != texts.end()) return {places[static_cast<std::size_t>(unique - texts.begin())]};
+  return {places.back(), texts.size() > 1 ? Joined(texts) : std::vector<std::string>()};
 }
 
 }  // namespace
@@ -398,30 +496,43 @@ bool TimeColumns::Read(const std::vector<std::string_view>& texts, TimeNs* time)
 std::optional<TimeColumns> FindTimeColumns(const CsvLayout& layout,
                                            const std::vector<std::size_t>& which,
                                            const std::vector<std::vector<std::string>>& rows,
-                                           bool may_be_unnamed) {
+                                           bool may_be_unnamed, std::string* problem) {
+  constexpr int kSurely = 20;
   std::optional<TimeColumns> best;
+  std::string unread;
   int most = 0;
   for (const std::size_t i : which) {
     const int score = TimeScore(layout.columns[i]);
     if (score <= most) continue;
     const std::vector<double> values = TimesOf(layout, i, rows);
-    if (values.empty() || !Increases(values)) continue;
+    if (values.empty() || !Increases(values)) {
+      if (score >= kSurely && unread.empty() && !rows.empty()) unread = WhyUnread(layout, i, rows);
+      continue;
+    }
     best = TimeColumns{i};
     best->is_named = true;
     most = score;
   }
   for (const std::size_t i : which) {
-    if (!best && may_be_unnamed && Rises(ColumnOf(rows, i))) best = TimeColumns{i};
+    if (!best && unread.empty() && may_be_unnamed && !NamesCount(layout.columns[i]) &&
+        Rises(ColumnOf(rows, i))) {
+      best = TimeColumns{i};
+    }
   }
+  if (!best && problem != nullptr) *problem = unread;
   if (!best) return best;
   const std::vector<double> values = TimesOf(layout, best->column, rows);
   best->step = MedianRise(values);
   best->nanoseconds = NanosecondsBeside(layout, best->column);
-  const auto stated =
-      best->nanoseconds
-          ? 9
-          : StatedExponent(layout.columns[best->column],
-                           layout.units.empty() ? "" : LowerCase(layout.units[best->column]));
+  const std::string unit = layout.units.empty() ? "" : LowerCase(layout.units[best->column]);
+  const auto stated = best->nanoseconds ? 9 : StatedExponent(layout.columns[best->column], unit);
+  if (stated && *stated == kUnreadUnit) {
+    if (problem != nullptr) {
+      *problem = fmt::format("the unit of time of column '{}' is not read; give s, ms, us or ns",
+                             layout.columns[best->column]);
+    }
+    return std::nullopt;
+  }
   best->is_stated = stated.has_value();
   best->exponent = stated ? *stated : ExponentOf(values);
   return best;
@@ -432,34 +543,38 @@ CsvLayout GuessCsvLayout(const std::filesystem::path& path) {
   std::vector<std::string>& lines = start.lines;
   CsvLayout layout;
   layout.separators = SeparatorsOf(RowOf(lines));
-  std::size_t first_line = NamesAfterHead(lines, layout.separators);
-  layout.skip_lines = start.numbers[first_line] - 1;
-  lines.erase(lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(first_line));
-  auto first = Split(lines.front(), layout.separators);
-  if (!AreNumbers(first)) first = Split(lines.front(), {layout.separators.delimiter, false});
+  const std::vector<std::string> row = Split(RowOf(lines), layout.separators);
+  const Head head = HeadOf(lines, row, layout.separators);
+  layout.skip_lines = start.numbers[head.names] - 1;
+  lines.erase(lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(head.names));
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 1; i < lines.size(); ++i) rows.push_back(Split(lines[i], layout.separators));
-  layout.units_line = rows.size() > 1 && !AreNumbers(first) && IsUnitsLine(rows.front());
+  auto first = Split(lines.front(), layout.separators);
+  layout.header = AreNames(first, rows.empty() ? first : row);
+  if (layout.header) first = Split(lines.front(), {layout.separators.delimiter, false});
+  layout.units_line = rows.size() > 1 && layout.header && IsUnitsLine(rows.front());
   if (layout.units_line) {
     for (const std::string& text : rows.front()) layout.units.push_back(UnitText(text));
     rows.erase(rows.begin());
   }
   const std::size_t width = rows.empty() ? first.size() : rows.front().size();
   // A comma at the end of the rows alone has no name.
-  if (!AreNumbers(first) && first.size() + 1 == width && rows.front().back().empty()) {
+  if (layout.header && first.size() + 1 == width && rows.front().back().empty()) {
     first.emplace_back();
   }
-  NameColumns(first, width, &layout);
+  std::vector<std::string> made = head.joined;
+  if (layout.header && first.size() == width + 1 && first.front() == "#") {
+    made.assign(first.begin() + 1, first.end());  // blanks separate the mark of a comment, too
+  }
+  NameColumns(made.empty() ? first : made, width, &layout);
   layout.units.resize(layout.units_line ? layout.columns.size() : 0);
   if (rows.size() > 1) rows.pop_back();  // the last line may be cut off
-  if (!layout.header && layout.warning.empty()) {
-    const std::vector<std::string> names = NamesByShape(rows);
-    layout.is_named_by_shape = !names.empty();
-    if (layout.is_named_by_shape) layout.columns = names;
-  }
+  if (!layout.header && layout.warning.empty()) made = NamesByShape(rows);
+  layout.has_made_names = !made.empty();
+  if (layout.has_made_names) layout.columns = made;
   std::vector<std::size_t> all(layout.columns.size());
   std::iota(all.begin(), all.end(), 0);
-  layout.time = FindTimeColumns(layout, all, rows, true);
+  layout.time = FindTimeColumns(layout, all, rows, true, &layout.time_problem);
   return layout;
 }
 

@@ -32,19 +32,21 @@ struct CsvLayout {
   bool units_line = false;  // and below that one of units, as "s,m/s^2"
   std::vector<std::string> columns;
   std::vector<std::string> units;  // of the columns, without brackets; empty if no line states them
-  bool is_named_by_shape = false;  // columns of a known layout without names
+  bool has_made_names = false;  // by several lines of the head, or by a known layout without names
   std::optional<TimeColumns> time;
-  std::string warning;  // empty, or why the names are not used
+  std::string time_problem;  // empty, or why a column that is named as a time is not one
+  std::string warning;       // empty, or why the names are not used
 
   int LinesBeforeRows() const { return skip_lines + (header ? 1 : 0) + (units_line ? 1 : 0); }
 };
 
 // Of the columns of `which`: the stamp of measurement before those of arrival; by the names, if
-// values increase, else the first column whose values do and that is no running number.
+// values increase, else the first column whose values do and that counts no rows. `problem` becomes
+// why there is none.
 std::optional<TimeColumns> FindTimeColumns(const CsvLayout& layout,
                                            const std::vector<std::size_t>& which,
                                            const std::vector<std::vector<std::string>>& rows,
-                                           bool may_be_unnamed);
+                                           bool may_be_unnamed, std::string* problem = nullptr);
 
 // Throws InputError for a file without text.
 CsvLayout GuessCsvLayout(const std::filesystem::path& path);

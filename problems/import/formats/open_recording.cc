@@ -10,6 +10,7 @@
 #include "problems/import/formats/csv_table.h"
 #include "problems/import/formats/tables.h"
 #include "problems/import/formats/text_tables.h"
+#include "problems/log/csv_text.h"
 #include "problems/log/text_file.h"
 #include "problems/log/unpacked.h"
 
@@ -75,7 +76,13 @@ void RefuseNative(const fs::path& path) {
 
 // What to do with known formats that are not read.
 void RefuseUnread(const std::string& file, std::string_view start) {
-  const auto refuse = [&](const char* what) { throw ErrorAt(file, 0, what); };
+  const auto refuse = [&](const std::string& what) { throw ErrorAt(file, 0, what); };
+  for (const char* end : {".npz", ".npy", ".xlsx", ".xls", ".ods", ".parquet", ".feather", ".pkl",
+                          ".pickle", ".json", ".jsonl"}) {
+    if (!LowerCase(file).ends_with(end)) continue;
+    refuse(fmt::format("is {}, which is not read; export its streams as CSV with their times",
+                       std::string_view(end).substr(1)));
+  }
   if (start.starts_with(std::string_view("\x89HDF\r\n\x1a\n", 8))) {
     refuse("is HDF5 (or MAT 7.3), which is not read; export its streams as CSV with their times");
   }

@@ -148,8 +148,9 @@ std::string PlainName(std::string name, std::string* unit) {
     name = std::string(TrimmedField(std::string_view(name).substr(0, bracket)));
   }
   const std::size_t digits = name.find_last_not_of("0123456789");
+  constexpr std::size_t kMostDigits = 3;  // of an element; a name may be a number
   if (digits != std::string::npos && digits > 0 && digits + 1 < name.size() &&
-      (name[digits] == '.' || name[digits] == '/')) {
+      name.size() - digits <= kMostDigits + 1 && (name[digits] == '.' || name[digits] == '/')) {
     name = fmt::format("{}[{}]", name.substr(0, digits), std::stoi(name.substr(digits + 1)));
   }
   return name;
@@ -569,9 +570,12 @@ void WalkTables(const fs::path& paths, MessageSink* sink) {
   for (const Table& table : tables) {
     if (!table.layout.warning.empty()) sink->Warn(table.file + ": " + table.layout.warning);
     if (!table.HasTime() && tables.size() > 1) {
-      sink->Warn(table.file +
-                 ": no column has the name of a time or rises from row to row; name one, as in 't "
-                 "[s]'. It is left out");
+      const std::string& why = table.layout.time_problem;
+      sink->Warn(table.file + ": " +
+                 (why.empty() ? "no column has the name of a time or rises from row to row; name "
+                                "one, as in 't [s]'"
+                              : why) +
+                 ". It is left out");
       continue;
     }
     rows.push_back(std::make_unique<TableRows>(table, sink));
