@@ -34,6 +34,7 @@ void StretchClock(double factor, FlightLog* log) {
 
 // Turn rates go with the inverse of the unit of time, accelerations with its square.
 void CheckTimeScale(Examination* e) {
+  if (!ReadsGravity(e->fixed)) return;  // the accelerometer's unit is another
   for (const char* stream : {"fixes", "mocap", "pose"}) {
     const auto witness = PositionWitnessOf(*e, stream);
     if (!witness) continue;
