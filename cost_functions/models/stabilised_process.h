@@ -12,8 +12,9 @@
 //   disturbance  d = dw/dt - net: a constant, an exponential and a white part
 // `net` is the acceleration by the model. What is observed at a window's start, theta_0, w_0 and
 // u_0, and the window's 50 net accelerations give the expected rates by linear regression
-// (Rasmussen and Williams 2006, eq. 2.23). The size a of the manoeuvre is unknown: a few sizes are
-// mixed by their (tempered) likelihood.
+// (Rasmussen and Williams 2006, eq. 2.23). The size a of the manoeuvre is unknown, and so is the
+// time L of the return: how soon a flight turns back depends on its course. A few sizes and times
+// are mixed by their (tempered) likelihood.
 #pragma once
 
 #include <Eigen/Dense>
@@ -34,7 +35,7 @@ struct StabilisedProcessNumbers {
   // The disturbance grows with the manoeuvre: times sqrt(1 + (growth a)^2), 1/rad.
   double growth = 3.5;
   double returning = 0.0;                                // b, 1; 0: no velocity is used
-  double return_time = 0.6;                              // L, s
+  double return_time = 0.6;                              // the middle one of L, s
   double cruise = 1.0;                                   // sigma of a lasting v, of b a L g
   double temper = 0.25;                                  // power of the likelihood
   std::array<double, 4> sizes = {0.03, 0.08, 0.2, 0.5};  // a, rad
@@ -46,10 +47,16 @@ class StabilisedProcess {
   static constexpr int kSteps = 50;
   static constexpr double kStep = 0.01;         // s
   static constexpr int kObserved = kSteps + 3;  // theta_0, w_0, net of each step, v_0 / g
-  static constexpr int kSizes = 4;
 
   explicit StabilisedProcess(const StabilisedProcessNumbers& numbers) : temper_(numbers.temper) {
-    for (int i = 0; i < kSizes; ++i) experts_[i] = MakeExpert(numbers, numbers.sizes[i]);
+    const std::vector<double> factors = numbers.returning > 0.0
+                                            ? std::vector<double>{0.4, 0.63, 1.0, 1.6, 2.5}
+                                            : std::vector<double>{1.0};
+    for (const double factor : factors) {
+      StabilisedProcessNumbers n = numbers;
+      n.return_time *= factor;
+      for (const double size : n.sizes) experts_.push_back(MakeExpert(n, size));
+    }
   }
 
   // Expected rates at the ends of the steps [rad/s]. `observed`, `rates`: a column for each axis of
@@ -60,14 +67,15 @@ class StabilisedProcess {
 
   // Variances, at the ends of the steps, of the errors of an axis' rate [(rad/s)^2], of its angle
   // [rad^2] and of the angle's first and second integral [(rad s)^2, (rad s^2)^2], about what
-  // Expect expects: those of each size (Rasmussen and Williams 2006, eq. 2.24), and the sizes'
-  // spread about their mean. A size's are as much larger as the squares of what is observed are
+  // Expect expects: those of each expert (Rasmussen and Williams 2006, eq. 2.24), and the experts'
+  // spread about their mean. An expert's are as much larger as the squares of what is observed are
   // than it expects, as a Student-t process has it (Shah et al. 2014, lemma 3). The window's start
   // is exact.
   using Spread = std::array<Eigen::Vector4d, kSteps>;
   std::vector<Spread> Spreads(const std::vector<std::vector<double>>& observed) const;
 
  private:
+  // Of one size and one time of the return.
   struct Expert {
     Eigen::MatrixXd gain;       // kSteps x kObserved
     Eigen::MatrixXd precision;  // kObserved x kObserved
@@ -81,10 +89,10 @@ class StabilisedProcess {
   static Expert MakeExpert(const StabilisedProcessNumbers& n, double size);
 
   template <class T>
-  std::array<T, kSizes> Shares(const std::vector<std::vector<T>>& observed) const;
+  std::vector<T> Shares(const std::vector<std::vector<T>>& observed) const;
 
   double temper_;
-  std::array<Expert, kSizes> experts_;
+  std::vector<Expert> experts_;
 };
 
 namespace stabilised_process {
@@ -204,11 +212,11 @@ inline StabilisedProcess::Integrals StabilisedProcess::Integrate(const Eigen::Ve
 
 inline std::vector<StabilisedProcess::Spread> StabilisedProcess::Spreads(
     const std::vector<std::vector<double>>& observed) const {
-  const std::array<double, kSizes> share = Shares(observed);
-  std::array<double, kSizes> scale = {};
+  const std::vector<double> share = Shares(observed);
+  std::vector<double> scale(experts_.size());
   for (const auto& axis : observed) {
     const Eigen::Map<const Eigen::VectorXd> x(axis.data(), kObserved);
-    for (int e = 0; e < kSizes; ++e) {
+    for (std::size_t e = 0; e < experts_.size(); ++e) {
       scale[e] +=
           x.dot(experts_[e].precision * x) / static_cast<double>(kObserved * observed.size());
     }
@@ -216,13 +224,13 @@ inline std::vector<StabilisedProcess::Spread> StabilisedProcess::Spreads(
   std::vector<Spread> spreads(observed.size());
   for (std::size_t a = 0; a < observed.size(); ++a) {
     const Eigen::Map<const Eigen::VectorXd> x(observed[a].data(), kObserved);
-    std::array<Integrals, kSizes> means;
+    std::vector<Integrals> means(experts_.size());
     Integrals mean = Integrals::Zero();
-    for (int e = 0; e < kSizes; ++e)
+    for (std::size_t e = 0; e < experts_.size(); ++e)
       mean += share[e] * (means[e] = Integrate(experts_[e].gain * x));
     for (int k = 0; k < kSteps; ++k) {
       spreads[a][k].setZero();
-      for (int e = 0; e < kSizes; ++e) {
+      for (std::size_t e = 0; e < experts_.size(); ++e) {
         const Eigen::Vector4d apart = means[e].col(k) - mean.col(k);
         spreads[a][k] += share[e] * (scale[e] * experts_[e].spread[k] + apart.cwiseAbs2());
       }
@@ -231,13 +239,12 @@ inline std::vector<StabilisedProcess::Spread> StabilisedProcess::Spreads(
   return spreads;
 }
 
-// Weights of the sizes; their derivatives follow the observations' to first order.
+// Weights of the experts; their derivatives follow the observations' to first order.
 template <class T>
-std::array<T, StabilisedProcess::kSizes> StabilisedProcess::Shares(
-    const std::vector<std::vector<T>>& observed) const {
+std::vector<T> StabilisedProcess::Shares(const std::vector<std::vector<T>>& observed) const {
   using std::exp;
-  std::array<T, kSizes> score;
-  for (int e = 0; e < kSizes; ++e) {
+  std::vector<T> score(experts_.size());
+  for (std::size_t e = 0; e < experts_.size(); ++e) {
     score[e] = T(0.0);
     for (const std::vector<T>& axis : observed) {
       const Eigen::VectorXd x = stabilised_process::Values(axis), g = experts_[e].precision * x;
@@ -257,9 +264,9 @@ std::array<T, StabilisedProcess::kSizes> StabilisedProcess::Shares(
 template <class T>
 void StabilisedProcess::Expect(const std::vector<std::vector<T>>& observed,
                                std::vector<std::vector<T>>* rates) const {
-  const std::array<T, kSizes> share = Shares(observed);
+  const std::vector<T> share = Shares(observed);
   Eigen::MatrixXd gain = Eigen::MatrixXd::Zero(kSteps, kObserved);
-  for (int e = 0; e < kSizes; ++e) {
+  for (std::size_t e = 0; e < experts_.size(); ++e) {
     gain += stabilised_process::Value(share[e]) * experts_[e].gain;
   }
   rates->assign(observed.size(), std::vector<T>(kSteps, T(0.0)));
@@ -269,7 +276,7 @@ void StabilisedProcess::Expect(const std::vector<std::vector<T>>& observed,
       for (int k = 0; k < kObserved; ++k) rate[i] += T(gain(i, k)) * observed[a][k];
     }
     const Eigen::VectorXd x = stabilised_process::Values(observed[a]);
-    for (int e = 0; e < kSizes; ++e) {
+    for (std::size_t e = 0; e < experts_.size(); ++e) {
       const T change = share[e] - T(stabilised_process::Value(share[e]));
       const Eigen::VectorXd mean = experts_[e].gain * x;
       for (int i = 0; i < kSteps; ++i) rate[i] += change * T(mean[i]);

@@ -57,7 +57,7 @@ TEST(StabilisedProcess, BrakesWhereItIsFast) {
     observed[0].back() = u;
     process.Expect(observed, &rates);
     double tilt = 0.0;
-    for (int k = 0; k < 20; ++k) tilt += StabilisedProcess::kStep * rates[0][k];
+    for (int k = 0; k < kSteps; ++k) tilt += StabilisedProcess::kStep * rates[0][k];
     return tilt;
   };
   EXPECT_LT(tilt_after(StabilisedProcess(numbers), 0.2), -0.01);
@@ -68,10 +68,13 @@ TEST(StabilisedProcess, BrakesWhereItIsFast) {
 
 TEST(StabilisedProcess, DerivativesAreThoseOfDifferences) {
   using Jet = ceres::Jet<double, 1>;
-  const StabilisedProcess process{StabilisedProcessNumbers{}};
+  StabilisedProcessNumbers numbers;
+  numbers.returning = 0.7;
+  const StabilisedProcess process(numbers);
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   Columns observed = Observed(0.1, 0.5, [&](double) { return 5.0 * normal(random); });
+  observed[0].back() = 0.1;
   std::vector<double> direction;
   for (std::size_t k = 0; k < observed[0].size(); ++k) direction.push_back(normal(random));
   std::vector<std::vector<Jet>> jets(1);
