@@ -81,6 +81,17 @@ class WindowPrediction {
   // Horizontal velocity along which a roll, and a pitch, accelerates; nothing for the heading
   // [m/s].
   static Eigen::Vector3d TiltedSpeeds(const PredictionWindow& window);
+  // By axis.
+  template <class T>
+  static std::array<std::array<T, PredictionWindow::kSteps>, 2> LevelVelocities(
+      const PredictedStates<T>& states) {
+    std::array<std::array<T, PredictionWindow::kSteps>, 2> v;
+    for (int a = 0; a < 2; ++a) {
+      for (int k = 0; k < PredictionWindow::kSteps; ++k) v[a][k] = states[k].v[a];
+    }
+    return v;
+  }
+
 
  private:
   static constexpr int kSteps = PredictionWindow::kSteps;
@@ -194,11 +205,8 @@ void WindowPrediction::Move(const T* c, const PredictionWindow& window, Predicte
 template <class T>
 void WindowPrediction::CorrectPositions(const PredictionWindow& window,
                                         PredictedStates<T>* states) const {
-  std::array<FusedVelocity::Axis<T>, 2> v;
-  for (int a = 0; a < 2; ++a) {
-    for (int k = 0; k < kSteps; ++k) v[a][k] = (*states)[k].v[a];
-  }
-  const auto correction = velocity_.Correction<T>({window.v[0], window.v[1]}, v);
+  const auto correction =
+      velocity_.Correction({window.v[0], window.v[1]}, LevelVelocities(*states));
   for (int a = 0; a < 2; ++a) {
     for (int k = 0; k < kSteps; ++k) (*states)[k].p[a] += correction[a][k];
   }

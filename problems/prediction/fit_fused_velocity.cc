@@ -1,87 +1,85 @@
 #include "problems/prediction/fit_fused_velocity.h"
 
-#include <ceres/autodiff_cost_function.h>
-
+#include <algorithm>
+#include <cmath>
 #include <map>
-#include <numeric>
-#include <string>
 
+#include "problems/common/parallel.h"
 #include "problems/prediction/number_fit.h"
 
 namespace trueline {
 namespace {
 
-// Velocity, and change of position, of one axis of a run at a frequency.
-struct Line {
-  double w;  // rad/s
-  std::complex<double> velocity, moved;
-  int run, trajectory;
-};
+using Ways = Eigen::Matrix<double, 2, WayWindow::kCompared>;
+constexpr int kCompared = WayWindow::kCompared;
+constexpr double kSmoothWay = 0.003;  // m
 
-struct LineResidual {
-  Line line;
+// Every trajectory's norms sum to the same.
+void Weigh(std::vector<WayWindow>* windows) {
+  std::map<int, double> sums;
+  for (const WayWindow& w : *windows) sums[w.trajectory] += w.way.colwise().norm().sum();
+  for (WayWindow& w : *windows) w.weight = 1.0 / std::max(sums[w.trajectory], 1e-9);
+}
 
-  template <class T>
-  bool operator()(const T* x, T* residuals) const {
-    const auto [re, im] = FusedVelocityResponse(x[0], x[1], x[2], line.w);
-    const double a = line.moved.real(), b = line.moved.imag();
-    residuals[0] = T(line.velocity.real()) - (re * T(a) - im * T(b));
-    residuals[1] = T(line.velocity.imag()) - (re * T(b) + im * T(a));
+FusedVelocityNumbers NumbersAt(const double* x) { return {x[0], x[1], x[2]}; }
+
+// What the correction leaves of a window's way [m].
+Ways Left(const FusedVelocity& velocity, const WayWindow& w) {
+  const auto correction = velocity.Correction(w.v0, w.v);
+  Ways left = w.way;
+  for (int a = 0; a < 2; ++a) {
+    for (int i = 0; i < kCompared; ++i) {
+      left(a, i) -= correction[a][WayWindow::kEvery * (i + 1) - 1];
+    }
+  }
+  return left;
+}
+
+// e / sqrt(|e|), as MultiStepResidual.
+struct WayResidual {
+  const std::vector<WayWindow>& windows;
+  int threads;
+
+  bool operator()(double const* const* x, double* residuals) const {
+    const FusedVelocity velocity(NumbersAt(x[0]));
+    const auto put = [&](int i) {
+      const WayWindow& w = windows[i];
+      Eigen::Map<Ways> out(residuals + 2 * kCompared * i);
+      out = std::sqrt(w.weight) * Left(velocity, w);
+      for (int h = 0; h < kCompared; ++h) {
+        out.col(h) /= std::sqrt(std::hypot(out.col(h).norm() / std::sqrt(w.weight), kSmoothWay));
+      }
+    };
+    ParallelRuns(static_cast<int>(windows.size()), 64, put, threads);
     return true;
   }
 };
-using LineCost = ceres::AutoDiffCostFunction<LineResidual, 2, 3>;
 
-// Fourier coefficient of x under a Hann window.
-std::complex<double> Coefficient(const Eigen::VectorXd& x, double cycles) {
-  const double n = static_cast<double>(x.size()), mean = x.mean();
-  std::complex<double> sum = 0.0;
-  for (Eigen::Index i = 0; i < x.size(); ++i) {
-    const double phase = 2.0 * M_PI * static_cast<double>(i) / n;
-    sum += std::polar((x[i] - mean) * (1.0 - std::cos(phase)), -phase * cycles);
+std::array<double, 3> Sigmas(const std::vector<WayWindow>& windows, const Eigen::Vector3d& x) {
+  constexpr std::array<double, 3> kChange = {1e-3, 1e-2, 1e-4};
+  std::vector<FusedVelocity> changed;
+  for (int i = 0; i < 6; ++i) {
+    Eigen::Vector3d at = x;
+    at[i / 2] += i % 2 ? -kChange[i / 2] : kChange[i / 2];
+    changed.emplace_back(NumbersAt(at.data()));
   }
-  return sum / n;
-}
-
-std::vector<Line> LinesOf(const PredictionRun& run, int run_index, int trajectory) {
-  constexpr double kLeast = 0.06, kMost = 1.6, kShortest = 10.0;  // Hz, Hz, s
-  constexpr double kStep = FusedVelocity::kStep;
-  const Eigen::Index rows = run.states.cols() - 2;
-  const double duration = static_cast<double>(rows) * kStep;
-  std::vector<Line> lines;
-  if (duration < kShortest) return lines;
-  for (int axis = 0; axis < 2; ++axis) {
-    const Eigen::VectorXd p = run.states.row(axis), v = run.states.row(3 + axis).segment(1, rows);
-    const Eigen::VectorXd moved = (p.tail(rows) - p.head(rows)) / (2.0 * kStep);
-    for (int i = static_cast<int>(kLeast * duration) + 1; i < kMost * duration; ++i) {
-      lines.push_back({2.0 * M_PI * i / duration, Coefficient(v, i), Coefficient(moved, i),
-                       run_index, trajectory});
-    }
-  }
-  return lines;
-}
-
-// Every trajectory's squares sum to one.
-void Scale(std::vector<Line>* lines) {
-  std::map<int, double> power;
-  for (const Line& line : *lines) power[line.trajectory] += std::norm(line.velocity);
-  for (Line& line : *lines) {
-    const double scale = 1.0 / std::sqrt(power[line.trajectory]);
-    line.velocity *= scale;
-    line.moved *= scale;
-  }
-}
-
-std::array<double, 3> Sigmas(const std::vector<Line>& lines, const Eigen::Vector3d& x) {
+  const FusedVelocity velocity(NumbersAt(x.data()));
   ClusterVariance by_run(3), by_trajectory(3);
-  for (const Line& line : lines) {
-    Eigen::Vector2d r;
-    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J;
-    const double* parameters = x.data();
-    double* jacobian = J.data();
-    LineCost(new LineResidual{line}).Evaluate(&parameters, r.data(), &jacobian);
-    by_run.Add(line.run, J.transpose() * r, J.transpose() * J);
-    by_trajectory.Add(line.trajectory, J.transpose() * r, J.transpose() * J);
+  for (const WayWindow& w : windows) {
+    const auto left = Left(velocity, w);
+    std::array<Ways, 3> slopes;
+    for (int i = 0; i < 3; ++i) {
+      slopes[i] = (Left(changed[2 * i], w) - Left(changed[2 * i + 1], w)) / (2.0 * kChange[i]);
+    }
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(3);
+    Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(3, 3);
+    for (int h = 0; h < kCompared; ++h) {
+      Eigen::Matrix<double, 2, 3> J;
+      for (int i = 0; i < 3; ++i) J.col(i) = slopes[i].col(h);
+      AddNorm(left.col(h), J, w.weight, kSmoothWay, &gradient, &curvature);
+    }
+    by_run.Add(w.run, gradient, curvature);
+    by_trajectory.Add(w.trajectory, gradient, curvature);
   }
   const Eigen::Vector3d sigma =
       by_run.Diagonal({}).cwiseMax(by_trajectory.Diagonal({})).cwiseSqrt();
@@ -90,29 +88,41 @@ std::array<double, 3> Sigmas(const std::vector<Line>& lines, const Eigen::Vector
 
 }  // namespace
 
-FusedVelocityFit FitFusedVelocity(const std::vector<const PredictionRun*>& runs,
-                                  const FusedVelocityNumbers& start) {
-  std::map<std::string, int> trajectories;
-  std::vector<Line> lines;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    const int next = static_cast<int>(trajectories.size());
-    const int trajectory = trajectories.try_emplace(runs[i]->trajectory, next).first->second;
-    const std::vector<Line> more = LinesOf(*runs[i], static_cast<int>(i), trajectory);
-    lines.insert(lines.end(), more.begin(), more.end());
+WayWindow WayOf(const PredictionRun& run, int row,
+                const std::array<FusedVelocity::Axis<double>, 2>& v) {
+  const auto first = run.states.col(row);
+  WayWindow window{{first[3], first[4]}, v, {}};
+  Eigen::Vector2d integral = Eigen::Vector2d::Zero();
+  for (int k = 0; k < FusedVelocity::kSteps; ++k) {
+    const auto last = run.states.col(row + k), next = run.states.col(row + k + 1);
+    integral += 0.5 * kPathStep * (last.segment<2>(3) + next.segment<2>(3));
+    if ((k + 1) % WayWindow::kEvery != 0) continue;
+    window.way.col(k / WayWindow::kEvery) = next.head<2>() - first.head<2>() - integral;
   }
-  if (lines.empty()) return {start, {}};
-  Scale(&lines);
+  return window;
+}
+
+FusedVelocityFit FitFusedVelocity(std::vector<WayWindow> windows, const FusedVelocityNumbers& start,
+                                  int threads) {
+  Weigh(&windows);
   Eigen::Vector3d x(start.excess, start.time, start.lag);
+  ceres::NumericDiffOptions steps;
+  steps.relative_step_size = 1e-3;
+  auto* cost = new ceres::DynamicNumericDiffCostFunction<WayResidual, ceres::CENTRAL>(
+      new WayResidual{windows, threads}, ceres::TAKE_OWNERSHIP, steps);
+  cost->AddParameterBlock(3);
+  cost->SetNumResiduals(2 * kCompared * static_cast<int>(windows.size()));
   ceres::Problem problem;
-  for (const Line& line : lines) {
-    problem.AddResidualBlock(new LineCost(new LineResidual{line}), nullptr, x.data());
+  problem.AddResidualBlock(cost, nullptr, x.data());
+  constexpr std::array<double, 3> kLeast = {-0.3, 0.05, -0.1}, kMost = {0.3, 10.0, 0.1};
+  for (int i = 0; i < 3; ++i) {  // a few windows need not show them
+    problem.SetParameterLowerBound(x.data(), i, kLeast[i]);
+    problem.SetParameterUpperBound(x.data(), i, kMost[i]);
   }
-  problem.SetParameterLowerBound(x.data(), 1, 0.05);  // s
-  problem.SetParameterUpperBound(x.data(), 1, 10.0);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   SolveSilently(options, &problem);
-  return {{x[0], x[1], x[2]}, Sigmas(lines, x)};
+  return {NumbersAt(x.data()), Sigmas(windows, x)};
 }
 
 }  // namespace trueline

@@ -73,13 +73,7 @@ void AddWindow(const PredictionModel& model, const PredictionSetup& setup, const
   NumbersVector gradient = NumbersVector::Zero();
   NumbersMatrix curvature = NumbersMatrix::Zero();
   for (int i = 0; i < MultiStepResidual::kResiduals; i += 3) {
-    const Eigen::Vector3d e = r.segment<3>(i);
-    const auto Je = J.middleRows<3>(i);
-    const double norm = std::hypot(e.norm(), 0.1 * w.weight);
-    gradient += Je.transpose() * e / norm;
-    const Eigen::Matrix3d bend =
-        (Eigen::Matrix3d::Identity() - e * e.transpose() / (norm * norm)) / norm;
-    curvature += Je.transpose() * bend * Je;
+    AddNorm(r.segment<3>(i), J.middleRows<3>(i), 1.0, 0.1 * w.weight, &gradient, &curvature);
   }
   by_run->Add(w.run, gradient, curvature);
   by_trajectory->Add(w.trajectory, gradient, curvature);
@@ -96,16 +90,29 @@ std::vector<double> Sigmas(const PredictionSetup& setup, const PredictionFit& fi
   return FromUnits(variance.cwiseSqrt(), setup.numbers);
 }
 
-FusedVelocityFit FitVelocity(const PredictionSetup& setup,
-                             const std::vector<const PredictionRun*>& runs, PredictionFit* fit) {
-  const FusedVelocityFit velocity = FitFusedVelocity(runs, VelocityNumbers(fit->numbers));
+void FitVelocity(const PredictionSetup& setup, const std::vector<const PredictionRun*>& runs,
+                 const std::vector<TrainingWindow>& windows, int threads, PredictionFit* fit) {
+  const PredictionModel model = ModelOf(setup, *fit);
+  std::vector<WayWindow> ways(windows.size());
+  const auto see = [&](int i) {
+    const TrainingWindow& w = windows[i];
+    PredictedStates<double> states;
+    model.prediction.Predict(fit->numbers.data(), w.window, &states);
+    ways[i] = WayOf(*runs[w.run], w.row, WindowPrediction::LevelVelocities(states));
+    ways[i].run = w.run;
+    ways[i].trajectory = w.trajectory;
+  };
+  ParallelRuns(static_cast<int>(windows.size()), 64, see, threads);
+  const FusedVelocityFit velocity =
+      FitFusedVelocity(std::move(ways), VelocityNumbers(fit->numbers), threads);
   const std::array<double, 3> values = {velocity.numbers.excess, velocity.numbers.time,
                                         velocity.numbers.lag};
   for (int i = 0; i < 3; ++i) {
     const int number = WindowPrediction::kVelocity + i;
-    if (setup.numbers[number].free) fit->numbers[number] = values[i];
+    if (!setup.numbers[number].free) continue;
+    fit->numbers[number] = values[i];
+    fit->sigmas[number] = velocity.sigmas[i];
   }
-  return velocity;
 }
 
 }  // namespace
@@ -137,7 +144,6 @@ PredictionFit FitPrediction(const PredictionSetup& setup,
   PredictionFit fit;
   fit.processes = setup.processes;
   for (const PredictionNumber& number : setup.numbers) fit.numbers.push_back(number.start);
-  const FusedVelocityFit velocity = FitVelocity(setup, runs, &fit);
   for (int round = 0; round < setup.rounds; ++round) {
     SolveNumbers(setup, windows, threads, &fit);
     if (!setup.learn_processes) break;
@@ -145,10 +151,7 @@ PredictionFit FitPrediction(const PredictionSetup& setup,
   }
   SolveNumbers(setup, windows, threads, &fit);
   fit.sigmas = Sigmas(setup, fit, windows);
-  for (int i = 0; i < 3; ++i) {
-    const int number = WindowPrediction::kVelocity + i;
-    if (setup.numbers[number].free) fit.sigmas[number] = velocity.sigmas[i];
-  }
+  FitVelocity(setup, runs, windows, threads, &fit);
   fit.tube = LearnTube(ModelOf(setup, fit), fit.numbers, runs, windows, threads);
   return fit;
 }

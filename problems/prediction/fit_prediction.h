@@ -70,8 +70,8 @@ struct PredictionModel {
 // Minimises the sum of the norms of the errors of velocity, attitude and rate over
 // horizons and windows. Each trajectory counts alike: its weight is the inverse of its number of
 // windows and of its mean change of rate. The processes' numbers are fitted in turns with the
-// vehicle's, by the errors of the rates. What relates
-// velocity to position is fitted first, to these two alone (fit_fused_velocity.h).
+// vehicle's, by the errors of the rates. What relates velocity to position is fitted last, by the
+// predicted velocities (fit_fused_velocity.h).
 PredictionFit FitPrediction(const PredictionSetup& setup,
                             const std::vector<const PredictionRun*>& runs, int threads);
 

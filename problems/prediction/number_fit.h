@@ -25,6 +25,17 @@ std::vector<double> FromUnits(const Eigen::VectorXd& scaled,
 // pass for a result.
 ceres::Solver::Summary SolveSilently(ceres::Solver::Options options, ceres::Problem* problem);
 
+// Adds the gradient and the curvature of weight * |e|, smooth below `smooth`, where e has the
+// Jacobian J.
+template <class Error, class Jacobian, class Vector, class Matrix>
+void AddNorm(const Error& e, const Jacobian& J, double weight, double smooth, Vector* gradient,
+             Matrix* curvature) {
+  const double norm = std::hypot(e.norm(), smooth);
+  const Vector pull = J.transpose() * e / norm;
+  *gradient += weight * pull;
+  *curvature += weight / norm * (J.transpose() * J - pull * pull.transpose());
+}
+
 // Variances of a fit's numbers by the spread of gradients between clusters (Huber-White sandwich),
 // for errors that are correlated within a run or a section of flight.
 class ClusterVariance {

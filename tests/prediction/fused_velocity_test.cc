@@ -2,7 +2,7 @@
 // velocities alone gives the path's way, slow or fast.
 #include <gtest/gtest.h>
 
-#include <numeric>
+#include <random>
 
 #include "problems/prediction/fit_fused_velocity.h"
 
@@ -20,22 +20,24 @@ std::pair<double, double> At(const std::vector<Swing>& swings, double t) {
   double p = 0.0, v = 0.0;
   for (const Swing& swing : swings) {
     const double w = 2.0 * M_PI * swing.frequency;
-    const auto [re, im] = FusedVelocityResponse(kNumbers.excess, kNumbers.time, kNumbers.lag, w);
     const std::complex<double> path = std::polar(swing.size, w * t + swing.phase);
     p += path.real();
-    v += (std::complex<double>(-w * im, w * re) * path).real();
+    v += (std::complex<double>(0.0, w) * FusedVelocity::Response(kNumbers, w) * path).real();
   }
   return {p, v};
 }
 
-PredictionRun RunOf(const std::string& trajectory, double faster) {
+// 40 s in a room, by random frequencies of the paths' prior.
+PredictionRun RunOf(double length, std::mt19937* random) {
+  constexpr int kSwings = 40;
+  std::normal_distribution<double> frequency(0.0, 1.0 / (2.0 * M_PI * length));
+  std::uniform_real_distribution<double> phase(0.0, 2.0 * M_PI);
   PredictionRun run;
-  run.trajectory = trajectory;
   run.states.setZero(13, 4000);
   for (int axis = 0; axis < 2; ++axis) {
     std::vector<Swing> swings;
-    for (int i = 0; i < 6; ++i) {
-      swings.push_back({faster * (0.08 + 0.13 * i), 0.4 / (1 + i), axis + 2.0 * i});
+    for (int i = 0; i < kSwings; ++i) {
+      swings.push_back({frequency(*random), 0.6 * std::sqrt(2.0 / kSwings), phase(*random)});
     }
     for (Eigen::Index i = 0; i < run.states.cols(); ++i) {
       const auto [p, v] = At(swings, 0.01 * static_cast<double>(i));
@@ -46,35 +48,46 @@ PredictionRun RunOf(const std::string& trajectory, double faster) {
   return run;
 }
 
-TEST(FitFusedVelocity, RecoversNumbersFromSpectra) {
-  const PredictionRun a = RunOf("a", 1.0), b = RunOf("b", 1.3), c = RunOf("b", 1.4);
-  const FusedVelocityFit fit = FitFusedVelocity({&a, &b, &c}, {0.05, 1.0, 0.0});
+// Windows whose velocities are predicted without an error.
+std::vector<WayWindow> WaysOf(const PredictionRun& run, int run_index, int trajectory) {
+  std::vector<WayWindow> windows;
+  for (int row = 0; row < run.num_windows(); row += 20) {
+    std::array<FusedVelocity::Axis<double>, 2> v;
+    for (int a = 0; a < 2; ++a) {
+      for (int k = 0; k < FusedVelocity::kSteps; ++k) v[a][k] = run.states(3 + a, row + k + 1);
+    }
+    windows.push_back(WayOf(run, row, v));
+    windows.back().run = run_index;
+    windows.back().trajectory = trajectory;
+  }
+  return windows;
+}
+
+TEST(FitFusedVelocity, RecoversNumbersFromWindows) {
+  std::vector<WayWindow> windows;
+  std::mt19937 random(5);
+  for (int i = 0; i < 6; ++i) {
+    const auto more = WaysOf(RunOf(0.25 * (1 << (i / 2)), &random), i, i / 2);
+    windows.insert(windows.end(), more.begin(), more.end());
+  }
+  const FusedVelocityFit fit = FitFusedVelocity(windows, {0.05, 1.0, 0.0}, 1);
   EXPECT_NEAR(fit.numbers.excess, kNumbers.excess, 0.003);
   EXPECT_NEAR(fit.numbers.time, kNumbers.time, 0.05);
   EXPECT_NEAR(fit.numbers.lag, kNumbers.lag, 0.001);
   for (const double sigma : fit.sigmas) EXPECT_GT(sigma, 0.0);
 }
 
-TEST(FitFusedVelocity, ShortRunsKeepTheStart) {
-  PredictionRun run = RunOf("a", 1.0);
-  run.states.conservativeResize(13, 500);
-  const FusedVelocityFit fit = FitFusedVelocity({&run}, {0.05, 1.0, 0.0});
-  EXPECT_EQ(fit.numbers.excess, 0.05);
-  EXPECT_EQ(fit.sigmas[0], 0.0);
-}
-
 // Mean error of the way over half a second [m], by a share of the velocity or by the correction, on
-// a circle at 1 m/s.
+// a circle of 0.6 m.
 double WayError(double frequency, double share) {
   const FusedVelocity velocity(kNumbers);
-  const double size = 1.0 / (2.0 * M_PI * frequency);
   double sum = 0.0;
   constexpr int kStarts = 20;
   for (int start = 0; start < kStarts; ++start) {
     std::array<double, 2> v0, way;
     std::array<FusedVelocity::Axis<double>, 2> v;
     for (int a = 0; a < 2; ++a) {
-      const std::vector<Swing> swings = {{frequency, size, 0.5 * M_PI * a + 0.3 * start}};
+      const std::vector<Swing> swings = {{frequency, 0.6, 0.5 * M_PI * a + 0.3 * start}};
       double p0, integral = 0.0;
       std::tie(p0, v0[a]) = At(swings, 0.0);
       for (int k = 0; k < FusedVelocity::kSteps; ++k) {
