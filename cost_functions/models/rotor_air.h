@@ -121,6 +121,16 @@ class RotorAir {
     return sum;
   }
 
+  // Deceleration across the axis over air speed [1/s], of what is linear in it.
+  template <class T>
+  T LinearDrag(const T* c, const RotorMotion* rotors) const {
+    double tips = 0.0;
+    for (std::size_t i = 0; i < vehicle_.rotors.size(); ++i) {
+      tips += rotors[i].speed * vehicle_.radius;
+    }
+    return c[kDrag] * T(disc_ * tips / vehicle_.mass);
+  }
+
   // dw/dt [rad/s^2] of M = I dw/dt + w x I w.
   template <class T>
   static Vec3<T> AngularAcceleration(const T* c, const Vec3<T>& moment, const Vec3<T>& w) {

@@ -1,11 +1,13 @@
 // Half a second of flight predicted from one state and the rotor speeds that follow: the
 // rotor-by-rotor model (rotor_air.h), the processes of a stabilised attitude
-// (stabilised_process.h), and the errors of the state that is given (fused_velocity.h).
+// (stabilised_process.h), and the errors of the state that is given (fused_velocity.h,
+// fast_velocity.h).
 #pragma once
 
 #include <array>
 #include <vector>
 
+#include "cost_functions/models/fast_velocity.h"
 #include "cost_functions/models/fused_velocity.h"
 #include "cost_functions/models/rotor_air.h"
 #include "cost_functions/models/stabilised_process.h"
@@ -52,26 +54,30 @@ class WindowPrediction {
   template <class T>
   using Observed = std::array<std::vector<T>, 3>;
 
-  WindowPrediction(const RotorAir& air, const Process& process, const FusedVelocity& velocity)
-      : air_(air), process_(process), velocity_(velocity) {}
+  WindowPrediction(const RotorAir& air, const Process& process, const FusedVelocity& velocity,
+                   const FastVelocity& fast)
+      : air_(air), process_(process), velocity_(velocity), fast_(fast) {}
 
-  // States at the ends of the steps. `c`: kCount numbers. Rates and motion depend on each other:
-  // they are computed in turns, from rates that decay. `observed`: what the processes have seen;
-  // may be null.
+  // States at the ends of the steps. `c`: kCount numbers. Rates, motion and the fast part of the
+  // velocity depend on each other: they are computed in turns, from first guesses. `observed`: what
+  // the processes have seen; may be null.
   template <class T>
   void Predict(const T* c, const PredictionWindow& window, PredictedStates<T>* states,
                Observed<T>* observed = nullptr) const {
     constexpr int kTurns = 2;
-    constexpr double kDecay = 0.2;  // s, of the first guess
+    constexpr double kDecay = 0.2, kFast = 0.8;  // first guesses: s; share of the velocity
     for (int k = 0; k < kSteps; ++k) {
       (*states)[k].w = Constant<T>(std::exp(-(k + 1) * kStep / kDecay) * window.w);
     }
+    FastVelocity::Axes<T> fast;
+    for (int a = 0; a < 2; ++a) fast[a].fill(T(kFast * window.v[a]));
     Observed<T> net;
     for (int turn = 0; turn < kTurns; ++turn) {
-      Move(c, window, states, &net);
+      Move(c, window, fast, states, &net);
+      fast = fast_.Expect({window.v[0], window.v[1]}, LevelVelocities(*states));
       ExpectRates(net, states);
     }
-    Move(c, window, states, &net);
+    Move(c, window, fast, states, &net);
     CorrectPositions(window, states);
     if (observed != nullptr) *observed = net;
   }
@@ -91,7 +97,6 @@ class WindowPrediction {
     }
     return v;
   }
-
 
  private:
   static constexpr int kSteps = PredictionWindow::kSteps;
@@ -114,9 +119,12 @@ class WindowPrediction {
     return HamiltonProduct(q, turn);
   }
 
+  // What the processes observe of the start; the moments are to come.
   template <class T>
-  void Move(const T* c, const PredictionWindow& window, PredictedStates<T>* states,
-            Observed<T>* net) const;
+  Observed<T> ObservedStart(const PredictionWindow& window) const;
+  template <class T>
+  void Move(const T* c, const PredictionWindow& window, const FastVelocity::Axes<T>& fast,
+            PredictedStates<T>* states, Observed<T>* net) const;
   template <class T>
   void ExpectRates(const Observed<T>& net, PredictedStates<T>* states) const;
   template <class T>
@@ -125,6 +133,7 @@ class WindowPrediction {
   const RotorAir& air_;
   const Process& process_;
   const FusedVelocity& velocity_;
+  const FastVelocity& fast_;
 };
 
 inline Eigen::Vector3d WindowPrediction::AttitudeAngles(const Eigen::Vector4d& q) {
@@ -142,54 +151,74 @@ inline Eigen::Vector3d WindowPrediction::TiltedSpeeds(const PredictionWindow& wi
   return {-in_body.y(), in_body.x(), 0.0};
 }
 
+template <class T>
+WindowPrediction::Observed<T> WindowPrediction::ObservedStart(
+    const PredictionWindow& window) const {
+  const Eigen::Vector3d angles = AttitudeAngles(window.q);
+  const Eigen::Vector3d speeds = TiltedSpeeds(window) / air_.vehicle().gravity;
+  Observed<T> observed;
+  for (int i = 0; i < 3; ++i) {
+    observed[i].resize(StabilisedProcess::kObserved);
+    observed[i].front() = T(angles[i]);
+    observed[i][1] = T(window.w[i]);
+    observed[i].back() = T(speeds[i]);
+  }
+  return observed;
+}
+
 // Moves position, velocity and attitude under the rates in `states`; collects the model's net
 // angular accelerations. Midpoint steps; the force at a step's middle uses the velocity that the
 // previous step's acceleration leads to.
 template <class T>
-void WindowPrediction::Move(const T* c, const PredictionWindow& window, PredictedStates<T>* states,
+void WindowPrediction::Move(const T* c, const PredictionWindow& window,
+                            const FastVelocity::Axes<T>& fast, PredictedStates<T>* states,
                             Observed<T>* net) const {
   using std::exp;
   const T half(0.5 * kStep), step(kStep);
+  const double gravity = air_.vehicle().gravity;
   Vec3<T> p = Constant<T>(window.p), v = Constant<T>(window.v), w = Constant<T>(window.w);
   Vec4<T> q(T(window.q[0]), T(window.q[1]), T(window.q[2]), T(window.q[3]));
-  const auto acceleration = [&](const Vec4<T>& at, const Vec3<T>& force) {
+  // The drag of the velocity's slow part is not in the logged tilt (fast_velocity.h).
+  const auto acceleration = [&](const Vec4<T>& at, const Vec3<T>& force, const T& drag,
+                                const Vec3<T>& slow) {
     Vec3<T> a = RotateByUnit(at, force);
-    for (int i = 0; i < 3; ++i) a[i] = a[i] / T(air_.vehicle().mass);
-    a[2] -= T(air_.vehicle().gravity);
+    for (int i = 0; i < 3; ++i) a[i] = a[i] / T(air_.vehicle().mass) + drag * slow[i];
+    a[2] -= T(gravity);
     return a;
   };
   const Vec3<T> v0 = RotateByUnit(Conjugate(q), v);
-  Vec3<T> a = acceleration(q, air_.WrenchOn(c, v0, v0, w, window.rotors[0].data()).force);
+  const Vec3<T> slow0(v[0] - fast[0][0], v[1] - fast[1][0], T(0.0));
+  Vec3<T> a = acceleration(q, air_.WrenchOn(c, v0, v0, w, window.rotors[0].data()).force,
+                           air_.LinearDrag(c, window.rotors[0].data()), slow0);
   const T lag = c[RotorAir::kWakeLag];
   const Vec3<T> change = RotateByUnit(Conjugate(q), a) - Cross(w, v0);
   Vec3<T> wake = Sum(v0, T(-lag), change);
   const T follow = T(1.0) - exp(-step / lag);
-
-  const Eigen::Vector3d angles = AttitudeAngles(window.q);
-  const Eigen::Vector3d speeds = TiltedSpeeds(window) / air_.vehicle().gravity;
-  for (int i = 0; i < 3; ++i) {
-    (*net)[i].resize(StabilisedProcess::kObserved);
-    (*net)[i][0] = T(angles[i]);
-    (*net)[i][1] = w[i];
-    (*net)[i][StabilisedProcess::kObserved - 1] = T(speeds[i]);
-  }
+  *net = ObservedStart<T>(window);
   for (int k = 0; k < kSteps; ++k) {
     PredictedState<T>& state = (*states)[k];
+    const T drag = air_.LinearDrag(c, window.rotors[k].data());
+    const Vec3<T> fast_mid(T(0.5) * (fast[0][k] + fast[0][k + 1]),
+                           T(0.5) * (fast[1][k] + fast[1][k + 1]), T(0.0));
+    // About this the logged attitude falls behind the rates.
+    const Vec3<T> behind = RotateByUnit(Conjugate(q), Vec3<T>(fast_mid[1], -fast_mid[0], T(0.0)));
     Vec3<T> w_mid, turn;
     for (int i = 0; i < 3; ++i) {
       w_mid[i] = T(0.5) * (w[i] + state.w[i]);
       const T rate = w_mid[i] - c[kAttitudeLag] * (state.w[i] - w[i]) / step;
-      turn[i] = step * (i < 2 ? c[kRateShare] * rate : rate);
+      const T slip = drag / T(gravity * fast_.time()) * behind[i];
+      turn[i] = step * (i < 2 ? c[kRateShare] * rate + slip : rate);
     }
     const Vec4<T> q_mid = Turned(q, Vec3<T>(T(0.5) * turn[0], T(0.5) * turn[1], T(0.5) * turn[2]));
-    const Vec3<T> v_mid = RotateByUnit(Conjugate(q_mid), Sum(v, half, a));
+    const Vec3<T> v_world = Sum(v, half, a), v_mid = RotateByUnit(Conjugate(q_mid), v_world);
     const Vec3<T> wake_next = Sum(wake, follow, Vec3<T>(v_mid - wake));
     const Vec3<T> wake_mid = Sum(wake, T(0.5), Vec3<T>(wake_next - wake));
     const RotorAirWrench<T> wrench =
         air_.WrenchOn(c, v_mid, wake_mid, w_mid, window.rotors[k].data());
     const Vec3<T> dw = RotorAir::AngularAcceleration(c, wrench.moment, w_mid);
     for (int i = 0; i < 3; ++i) (*net)[i][k + 2] = dw[i];
-    a = acceleration(q_mid, wrench.force);
+    const Vec3<T> slow(v_world[0] - fast_mid[0], v_world[1] - fast_mid[1], T(0.0));
+    a = acceleration(q_mid, wrench.force, drag, slow);
     const Vec3<T> v_next = Sum(v, step, a);
     for (int i = 0; i < 3; ++i) p[i] += half * (v[i] + v_next[i]);
     v = v_next;

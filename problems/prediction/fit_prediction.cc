@@ -136,7 +136,7 @@ PredictionModel::PredictionModel(const RotorAirVehicle& vehicle, const ProcessNu
     : air(vehicle),
       process(MakeProcesses(processes)),
       velocity(VelocityNumbers(numbers)),
-      prediction(air, process, velocity) {}
+      prediction(air, process, velocity, fast) {}
 
 PredictionFit FitPrediction(const PredictionSetup& setup,
                             const std::vector<const PredictionRun*>& runs, int threads) {

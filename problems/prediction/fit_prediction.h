@@ -59,6 +59,7 @@ struct PredictionModel {
   RotorAir air;
   WindowPrediction::Process process;
   FusedVelocity velocity;
+  FastVelocity fast;
   WindowPrediction prediction;
 
   PredictionModel(const RotorAirVehicle& vehicle, const ProcessNumbers& processes,

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/prediction/made_run.h"
+
 namespace trueline {
 namespace {
 
@@ -26,6 +28,90 @@ TEST(WindowPrediction, AHeadingFarFromZeroIsNotHeld) {
   for (const double heading : {1.6, 3.1, -2.0}) {
     EXPECT_EQ(WindowPrediction::AttitudeAngles(Turned(0.2, heading)).z(), 0.0) << heading;
   }
+}
+
+// A vehicle that swings along x. Its filter knows no drag: the logged pitch lacks what the drag of
+// the velocity's slow part takes (fast_velocity.h).
+struct BlindFlight {
+  static constexpr double kSwing = 1.5, kSize = 0.6, kStart = 0.3;  // rad/s, m; phase
+  std::vector<double> numbers = testing_prediction::SmallNumbers();
+  RotorAir air{testing_prediction::SmallVehicle()};
+  double drag = 0.0;  // 1/s
+
+  BlindFlight() {
+    for (const int i : {int(RotorAir::kThrustInflow), int(RotorAir::kMoment),
+                        int(RotorAir::kRotorInertia)}) {
+      numbers[i] = 0.0;
+    }
+    const auto rotors = Rotors(0.0, 0.0);
+    drag = air.LinearDrag(numbers.data(), rotors.data());
+  }
+
+  // x, v, pitch, its rate and acceleration, logged pitch.
+  Eigen::Matrix<double, 6, 1> At(double t) const {
+    constexpr std::complex<double> kRate(0.0, kSwing);
+    const double g = air.vehicle().gravity;
+    const std::complex<double> x = std::polar(kSize, kSwing * t + kStart), v = kRate * x,
+                               pitch = (kRate * v + drag * v) / g,
+                               logged = pitch - drag / g * v / (1.0 + kRate);
+    Eigen::Matrix<double, 6, 1> state;
+    state << x.real(), v.real(), pitch.real(), (kRate * pitch).real(),
+        (kRate * kRate * pitch).real(), logged.real();
+    return state;
+  }
+  std::array<RotorMotion, 4> Rotors(double pitch, double turn) const {
+    const RotorAirVehicle& vehicle = air.vehicle();
+    const double lift =
+        vehicle.air_density * M_PI * std::pow(vehicle.radius, 4) * numbers[RotorAir::kThrust];
+    std::array<RotorMotion, 4> rotors;
+    for (int i = 0; i < 4; ++i) {
+      const double arm = vehicle.rotors[i].position.x();
+      const double thrust = 0.25 * vehicle.mass * vehicle.gravity / std::cos(pitch) -
+                            0.25 * numbers[RotorAir::kInertia + 1] * turn / arm;
+      rotors[i].speed = std::sqrt(thrust / lift);
+    }
+    return rotors;
+  }
+  PredictionWindow Window(double t) const {
+    PredictionWindow window;
+    const auto state = At(t);
+    window.p = {state[0], 0.0, 0.0};
+    window.v = {state[1], 0.0, 0.0};
+    window.q = {std::cos(0.5 * state[5]), 0.0, std::sin(0.5 * state[5]), 0.0};
+    window.w = {0.0, state[3], 0.0};
+    for (int k = 0; k < PredictionWindow::kSteps; ++k) {
+      const auto middle = At(t + 0.01 * (k + 0.5));
+      window.rotors[k] = Rotors(middle[2], middle[4]);
+    }
+    return window;
+  }
+  // Mean errors after half a second: velocity [m/s], tilt [rad].
+  Eigen::Vector2d Errors(const FastVelocity& fast) const {
+    StabilisedProcessNumbers undisturbed;
+    undisturbed.constant = undisturbed.coloured = undisturbed.white = 0.01;
+    const WindowPrediction::Process process = {StabilisedProcess(undisturbed),
+                                               StabilisedProcess(undisturbed)};
+    const FusedVelocity velocity(FusedVelocityNumbers{});
+    const WindowPrediction prediction(air, process, velocity, fast);
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    for (int i = 0; i < 20; ++i) {
+      PredictedStates<double> states;
+      prediction.Predict(numbers.data(), Window(0.2 * i), &states);
+      const auto end = At(0.2 * i + 0.5);
+      const double pitch = 2.0 * std::atan2(states.back().q[2], states.back().q[0]);
+      sum += Eigen::Vector2d(states.back().v[0] - end[1], pitch - end[5]).cwiseAbs() / 20.0;
+    }
+    return sum;
+  }
+};
+
+TEST(WindowPrediction, AFilterThatKnowsNoDragIsAllowedFor) {
+  const BlindFlight flight;
+  const Eigen::Vector2d errors = flight.Errors(FastVelocity());
+  constexpr double kNever = 1e6;  // s: all of the velocity is fast, none is lost
+  const Eigen::Vector2d without = flight.Errors(FastVelocity(kNever));
+  EXPECT_LT(errors[0], 0.5 * without[0]);
+  EXPECT_LT(errors[1], 0.5 * without[1]);
 }
 
 }  // namespace
