@@ -14,14 +14,15 @@
 
 namespace trueline {
 
-// Errors of a logged state.
-inline constexpr RotorAirInfo kStateErrors[] = {
+// Errors of a logged state, and how the flight is held.
+inline constexpr RotorAirInfo kStateNumbers[] = {
     {"g_v", "1",
      "excess of the logged horizontal velocity over the change of position, fast motion"},
     {"t_v", "s", "time beyond which the logged velocity follows the position"},
     {"t_p", "s", "lag of the logged velocity behind the position"},
     {"s_w", "1", "roll and pitch change by this share of the logged rate"},
     {"t_q", "s", "lag of the logged attitude behind the logged rate"},
+    {"b_w", "rad/m", "rate of roll and pitch that brakes the horizontal speed, over that speed"},
 };
 
 // What is given: z-up world, forward-left-up body.
@@ -46,8 +47,9 @@ class WindowPrediction {
  public:
   // From kVelocity on: FusedVelocityNumbers, which act by the FusedVelocity that is given.
   static constexpr int kVelocity = RotorAir::kCount, kRateShare = kVelocity + 3,
-                       kAttitudeLag = kRateShare + 1, kCount = kAttitudeLag + 1;
-  static_assert(kCount == RotorAir::kCount + std::size(kStateErrors));
+                       kAttitudeLag = kRateShare + 1, kBraking = kAttitudeLag + 1,
+                       kCount = kBraking + 1;
+  static_assert(kCount == RotorAir::kCount + std::size(kStateNumbers));
   enum ProcessIndex { kLevel, kHeading, kProcesses };  // of roll and pitch, of heading
   using Process = std::array<StabilisedProcess, kProcesses>;
   // What the processes observe, by axis.
@@ -75,7 +77,7 @@ class WindowPrediction {
     for (int turn = 0; turn < kTurns; ++turn) {
       Move(c, window, fast, states, &net);
       fast = fast_.Expect({window.v[0], window.v[1]}, LevelVelocities(*states));
-      ExpectRates(net, states);
+      ExpectRates(c, window, net, states);
     }
     Move(c, window, fast, states, &net);
     CorrectPositions(window, states);
@@ -87,6 +89,12 @@ class WindowPrediction {
   // Horizontal velocity along which a roll, and a pitch, accelerates; nothing for the heading
   // [m/s].
   static Eigen::Vector3d TiltedSpeeds(const PredictionWindow& window);
+  // A flight within a room brakes harder than the processes expect: the rate that is missing at
+  // the end of `step`, over the number kBraking [m/s].
+  static Eigen::Vector3d Braking(const PredictionWindow& window, int step) {
+    constexpr double kTime = 0.25;  // s
+    return (std::exp(-(step + 1) * kStep / kTime) - 1.0) * TiltedSpeeds(window);
+  }
   // By axis.
   template <class T>
   static std::array<std::array<T, PredictionWindow::kSteps>, 2> LevelVelocities(
@@ -126,7 +134,8 @@ class WindowPrediction {
   void Move(const T* c, const PredictionWindow& window, const FastVelocity::Axes<T>& fast,
             PredictedStates<T>* states, Observed<T>* net) const;
   template <class T>
-  void ExpectRates(const Observed<T>& net, PredictedStates<T>* states) const;
+  void ExpectRates(const T* c, const PredictionWindow& window, const Observed<T>& net,
+                   PredictedStates<T>* states) const;
   template <class T>
   void CorrectPositions(const PredictionWindow& window, PredictedStates<T>* states) const;
 
@@ -242,12 +251,14 @@ void WindowPrediction::CorrectPositions(const PredictionWindow& window,
 }
 
 template <class T>
-void WindowPrediction::ExpectRates(const Observed<T>& net, PredictedStates<T>* states) const {
+void WindowPrediction::ExpectRates(const T* c, const PredictionWindow& window,
+                                   const Observed<T>& net, PredictedStates<T>* states) const {
   std::vector<std::vector<T>> level, heading;
   process_[kLevel].Expect<T>({net[0], net[1]}, &level);
   process_[kHeading].Expect<T>({net[2]}, &heading);
   for (int k = 0; k < kSteps; ++k) {
-    (*states)[k].w = Vec3<T>(level[0][k], level[1][k], heading[0][k]);
+    const Vec3<T> braking = Constant<T>(Braking(window, k));
+    (*states)[k].w = Sum(Vec3<T>(level[0][k], level[1][k], heading[0][k]), c[kBraking], braking);
   }
 }
 

@@ -118,7 +118,7 @@ void FitVelocity(const PredictionSetup& setup, const std::vector<const Predictio
 }  // namespace
 
 const RotorAirInfo& PredictionNumberInfo(int i) {
-  return i < RotorAir::kCount ? kRotorAirNumbers[i] : kStateErrors[i - RotorAir::kCount];
+  return i < RotorAir::kCount ? kRotorAirNumbers[i] : kStateNumbers[i - RotorAir::kCount];
 }
 
 WindowPrediction::Process MakeProcesses(const ProcessNumbers& numbers) {

@@ -9,7 +9,7 @@
 
 namespace trueline {
 
-// A number of the model (kRotorAirNumbers, then kStateErrors).
+// A number of the model (kRotorAirNumbers, then kStateNumbers).
 struct PredictionNumber {
   double start = 0.0;
   double typical = 1.0;  // its unit in the solver

@@ -58,7 +58,7 @@ namespace {
 
 constexpr int kHorizons = static_cast<int>(WindowTruth::kHorizons.size());
 
-// What a process has seen in a window, and the rates that followed.
+// What a process has seen in a window, and the rates that followed, without the braking.
 struct SeenWindow {
   std::vector<std::vector<double>> observed;                             // by axis
   std::vector<std::array<double, WindowTruth::kHorizons.size()>> rates;  // rad/s, by axis
@@ -176,7 +176,12 @@ std::vector<SeenWindow> ObservedMoments(const WindowPrediction& prediction,
     for (int a = first; a <= last; ++a) {
       seen[i].observed.push_back(net[a]);
       auto& rates = seen[i].rates.emplace_back();
-      for (int h = 0; h < kHorizons; ++h) rates[h] = windows[i].truth.states[h].w[a];
+      for (int h = 0; h < kHorizons; ++h) {
+        const int step = WindowTruth::kHorizons[h] - 1;
+        rates[h] = windows[i].truth.states[h].w[a] -
+                   numbers[WindowPrediction::kBraking] *
+                       WindowPrediction::Braking(windows[i].window, step)[a];
+      }
     }
   };
   ParallelRuns(static_cast<int>(windows.size()), 64, see, threads);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "problems/prediction/fit_processes.h"
 #include "problems/prediction/multi_step_score.h"
 #include "tests/prediction/made_run.h"
 
@@ -28,7 +29,7 @@ TEST(FitPrediction, RecoversNumbers) {
   for (const PredictionRun& run : runs) pointers.push_back(&run);
   PredictionSetup setup = SetupOf(truth);
   for (const int i : {int(RotorAir::kThrust), int(RotorAir::kDrag), int(RotorAir::kMoment),
-                      int(RotorAir::kInertia)}) {
+                      int(RotorAir::kInertia), int(WindowPrediction::kBraking)}) {
     setup.numbers[i].free = true;
     setup.numbers[i].start *= 1.1;
   }
@@ -38,6 +39,21 @@ TEST(FitPrediction, RecoversNumbers) {
     EXPECT_NEAR(fit.numbers[i], truth[i], 0.01 * std::abs(truth[i]))
         << PredictionNumberInfo(i).name;
     EXPECT_EQ(fit.sigmas[i] > 0.0, setup.numbers[i].free) << PredictionNumberInfo(i).name;
+  }
+}
+
+// The processes' numbers must not take the braking for theirs.
+TEST(FitProcesses, KeepsNumbersThatAreRight) {
+  const std::vector<double> truth = SmallNumbers();
+  std::vector<PredictionRun> runs;
+  for (int i = 0; i < 12; ++i) runs.push_back(RunOfModel("one", truth, i));
+  std::vector<const PredictionRun*> pointers;
+  for (const PredictionRun& run : runs) pointers.push_back(&run);
+  PredictionSetup setup = SetupOf(truth);
+  FitProcesses(setup, truth, ChooseWindows(pointers, 12), 1, &setup.processes);
+  for (const StabilisedProcessNumbers& n : setup.processes) {
+    EXPECT_NEAR(n.length, StabilisedProcessNumbers{}.length, 1e-3);
+    EXPECT_NEAR(n.constant, StabilisedProcessNumbers{}.constant, 0.1);
   }
 }
 

@@ -34,6 +34,7 @@ inline std::vector<double> SmallNumbers() {
   c[WindowPrediction::kVelocity] = 0.1;
   c[WindowPrediction::kVelocity + 1] = 0.7;
   c[WindowPrediction::kRateShare] = 1.0;
+  c[WindowPrediction::kBraking] = 0.14;
   return c;
 }
 

@@ -29,7 +29,7 @@ PREDICTED = ["px [m]", "py [m]", "pz [m]", "vx [m/s]", "vy [m/s]", "vz [m/s]", "
 def write_run(file, seed, rows):
     """A hover that rolls and pitches a little, with speeds that scatter about hover."""
     rng, t = np.random.default_rng(seed), 0.01 * np.arange(rows)
-    swing = 0.1 * np.sin(np.outer(t, 2.0 + rng.uniform(size=2)) + rng.uniform(0, 6, 2))
+    swing = 0.1 * np.sin(np.outer(t, [2.3, 2.7]) + rng.uniform(0, 6, 2))
     rate = np.gradient(swing, 0.01, axis=0)
     q = np.column_stack([np.ones(rows), 0.5 * swing, np.zeros(rows)])
     q /= np.linalg.norm(q, axis=1)[:, None]
@@ -71,7 +71,7 @@ def concatenated(truths, predictions):
 
 class Predictions(unittest.TestCase):
     def run_benchmark(self, folder, config):
-        for i, rows in enumerate((131, 120, 125, 118)):
+        for i, rows in enumerate((231, 220, 225, 218)):
             write_run(folder / "train" / f"{'one' if i < 2 else 'two'}_{i}.csv", i, rows)
         (folder / "config.yaml").write_text(yaml.safe_dump(config))
         subprocess.run([BENCHMARK, f"--config={folder / 'config.yaml'}", f"--data={folder / 'train'}",
@@ -86,6 +86,7 @@ class Predictions(unittest.TestCase):
         self.config = yaml.safe_load((SOURCE / "config/experiments/nanodrone.yaml").read_text())
         for name, number in self.config["numbers"].items():
             number["free"] = name == "C_T"  # these runs show nothing else
+        self.config["numbers"]["b_w"]["start"] = 0.0  # they swing on at any speed
         self.config["processes"]["learn"] = False
 
     def test_scores_are_those_of_the_summary(self):
@@ -128,7 +129,9 @@ class Predictions(unittest.TestCase):
                 held = (wrong <= np.concatenate(of)).mean(axis=0)
                 for quantity, name in enumerate("pvRw"):
                     self.assertAlmostEqual(held[:, quantity].mean(), stated[f"{chance} %"][name]["mean"], delta=2e-3)
-                    self.assertAlmostEqual(held[49, quantity], stated[f"{chance} %"][name]["h50"], delta=2e-3)
+                    # The written radii have four digits: one window may change sides.
+                    self.assertAlmostEqual(held[49, quantity], stated[f"{chance} %"][name]["h50"],
+                                           delta=5e-4 + 1.0 / len(wrong))
             # Two trajectories of one kind: neither tube is empty or holds all.
             self.assertLess(0.2, stated["50 %"]["w"]["mean"])
             self.assertLess(stated["50 %"]["w"]["mean"], 0.8)
@@ -137,7 +140,7 @@ class Predictions(unittest.TestCase):
     def test_every_nth_start_row(self):
         table = self.run_benchmark(self.folder, {**self.config, "predictions_stride": 40})
         rows = table.loc[table["run"] == "one_0", "start row [1]"]
-        np.testing.assert_array_equal(rows, np.repeat([0, 40, 80], STEPS))
+        np.testing.assert_array_equal(rows, np.repeat([0, 40, 80, 120, 160], STEPS))
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ struct BlindFlight {
 
   BlindFlight() {
     for (const int i : {int(RotorAir::kThrustInflow), int(RotorAir::kMoment),
-                        int(RotorAir::kRotorInertia)}) {
+                        int(RotorAir::kRotorInertia), int(WindowPrediction::kBraking)}) {
       numbers[i] = 0.0;
     }
     const auto rotors = Rotors(0.0, 0.0);
@@ -112,6 +112,27 @@ TEST(WindowPrediction, AFilterThatKnowsNoDragIsAllowedFor) {
   const Eigen::Vector2d without = flight.Errors(FastVelocity(kNever));
   EXPECT_LT(errors[0], 0.5 * without[0]);
   EXPECT_LT(errors[1], 0.5 * without[1]);
+}
+
+TEST(WindowPrediction, BrakesAgainstTheSpeed) {
+  PredictionWindow window;
+  window.p.setZero();
+  window.v = {0.5, -0.8, 0.0};
+  window.q = Turned(0.0, 0.0);
+  window.w.setZero();
+  for (auto& rotors : window.rotors) rotors.fill({.speed = 1722.0});
+  std::vector<double> numbers = testing_prediction::SmallNumbers();
+  const auto rates = [&](double braking) {
+    numbers[WindowPrediction::kBraking] = braking;
+    const PredictionModel model(testing_prediction::SmallVehicle(), {}, numbers);
+    PredictedStates<double> states;
+    model.prediction.Predict(numbers.data(), window, &states);
+    return states[24].w;
+  };
+  const Eigen::Vector3d change = rates(0.14) - rates(0.0);
+  const double most = 0.14 * (1.0 - std::exp(-1.0));  // after 0.25 s
+  EXPECT_NEAR(change.x(), -0.8 * most, 0.15 * most);
+  EXPECT_NEAR(change.y(), -0.5 * most, 0.15 * most);
 }
 
 }  // namespace
