@@ -205,7 +205,9 @@ ImportMap MapOf(const FoundLog& found) {
   if (!has_imu) throw NoUsableLog(file + ": " + WhyNoMapFits(found.recording.get()));
   ImportMap map = ReadImportMapText(found.map, "proposed_map.yaml");
   if (map.streams.contains("fixes") || map.streams.contains("mocap")) return map;
-  throw NoUsableLog(file + ": no column has the name of a position or a velocity; log one" +
+  throw NoUsableLog(file +
+                    ": no column has the name of a position, or of a velocity in the "
+                    "earth's axes; log one" +
                     OtherFiles(file));
 }
 
