@@ -11,7 +11,6 @@ namespace trueline {
 namespace {
 
 constexpr double kLeastAlikeRates = 0.95;  // correlation that shows a scale which is no unit's
-constexpr double kLongBaseline = 0.35;     // s
 constexpr double kClearCorrelation = 0.3;
 constexpr double kClearLean = 12.0 * kDegree;  // by which one reading must be more upright
 
@@ -146,19 +145,13 @@ const KnownUnit* UnitOfRates(const VectorMatch& match) {
                   3.0 * match.gain_sigma / match.gain - std::log(match.correlation));
 }
 
-std::optional<VectorMatch> MatchOverLongTime(const Examination& e, const std::string& stream) {
-  const RunningIntegral<3> gyro = GyroIntegral(e.fixed);
-  const auto turns = TurnsOf(AttitudesOf(e.fixed, stream), LogClock(e.fixed), 1500, kLongBaseline);
-  return MatchVectors(RatePairs(gyro, turns, false), {0.0, 0.02});
-}
-
 // Whether the ratio of rates is off in a way that neither noise nor a filter explains: a filter
 // changes fast turns, a scale changes slow ones as well.
 bool IsScaled(const Examination& e, const RateWitness& witness) {
   const VectorMatch& match = witness.match;
   if (!IsOff(match)) return false;
   if (UnitOfRates(match) == nullptr && match.correlation < kLeastAlikeRates) return false;
-  const auto slow = MatchOverLongTime(e, witness.stream);
+  const auto slow = MatchLongTurns(e, witness.stream);
   return slow && IsOff(*slow) &&
          std::abs(slow->gain - match.gain) <= 0.3 * std::abs(match.gain - 1.0);
 }
@@ -273,6 +266,13 @@ void CheckGain(Examination* e) {
 }
 
 }  // namespace
+
+std::optional<VectorMatch> MatchLongTurns(const Examination& e, const std::string& stream) {
+  constexpr double kLong = 0.35;  // s
+  const RunningIntegral<3> gyro = GyroIntegral(e.fixed);
+  const auto turns = TurnsOf(AttitudesOf(e.fixed, stream), LogClock(e.fixed), kMostPairs, kLong);
+  return MatchVectors(RatePairs(gyro, turns, false), {0.0, 0.02});
+}
 
 void CheckBodies(Examination* e) {
   std::vector<const RateWitness*> turned;

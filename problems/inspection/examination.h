@@ -79,6 +79,9 @@ std::optional<TimeNs> CheckImuJump(Examination* e);
 void CheckTimeScale(Examination* e);
 // Clock and quaternion form of attitude, mocap and pose, by turn rates.
 void CheckRates(Examination* e);
+// The turns of a stream's attitude over a longer time than a filter smooths, against the
+// gyroscope's, as stamped.
+std::optional<VectorMatch> MatchLongTurns(const Examination& e, const std::string& stream);
 // Which of gyroscope, accelerometer and attitudes are turned in the body.
 void CheckBodies(Examination* e);
 // The accelerometer's axes, scale and bias, by position or by gravity.

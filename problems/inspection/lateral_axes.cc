@@ -128,10 +128,7 @@ std::optional<double> OffShare(const std::vector<ShownAxes>& all, int axis) {
   return all.back().fit.share(axis, axis);
 }
 
-// An attitude filter that knows no drag (ahrs_drag_error) tilts the force as much as a wrong scale
-// does: by its attitude that is no fault of the accelerometer.
-void JudgeShare(Examination* e, const PositionWitness& witness, int axis, const LateralForce& fit,
-                std::vector<Finding>* findings) {
+Finding ScaleOf(const PositionWitness& witness, int axis, const LateralForce& fit) {
   const double share = fit.share(axis, axis), sigma = fit.sigma(axis, axis);
   Finding finding{"lateral_force", "imu", Level::kBiases, share, "1", kLateralForce, sigma};
   finding.text = fmt::format(
@@ -141,7 +138,11 @@ void JudgeShare(Examination* e, const PositionWitness& witness, int axis, const 
   finding.remedy =
       "check the scale of this axis; drag is read from it (drag_measurement: {enabled: false} "
       "leaves both out)";
-  if (!IsOfAhrs(*e, witness)) return findings->push_back(finding);
+  return finding;
+}
+
+// A filter that knows no drag tilts the force as much as a wrong scale does.
+void NoteFilter(Examination* e, const Finding& finding) {
   e->result.notes.push_back(
       "whether an axis of the accelerometer reads another multiple: " + finding.text +
       ", and an attitude filter that knows no drag (ahrs_drag_error) does as much");
@@ -176,7 +177,13 @@ std::vector<Finding> CheckLateralAxes(Examination* e, const std::string& stream)
   bool any = false;
   for (int axis = 0; axis < 2; ++axis) {
     if (OffShare(all, axis)) {
-      JudgeShare(e, looks.back().witness, axis, all.back().fit, &findings);
+      const PositionWitness& witness = looks.back().witness;
+      const Finding finding = ScaleOf(witness, axis, all.back().fit);
+      if (IsOfAhrs(*e, witness)) {
+        NoteFilter(e, finding);
+      } else {
+        findings.push_back(finding);
+      }
     }
     for (const ShownAxes& shown : all) any = any || shown.of(axis, axis) > 0.0;
   }
