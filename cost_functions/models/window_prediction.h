@@ -90,10 +90,10 @@ class WindowPrediction {
   // [m/s].
   static Eigen::Vector3d TiltedSpeeds(const PredictionWindow& window);
   // A flight within a room brakes harder than the processes expect: the rate that is missing at
-  // the end of `step`, over the number kBraking [m/s].
-  static Eigen::Vector3d Braking(const PredictionWindow& window, int step) {
+  // the end of `step`, over the number kBraking [m/s]. `speeds`: TiltedSpeeds().
+  static Eigen::Vector3d Braking(const Eigen::Vector3d& speeds, int step) {
     constexpr double kTime = 0.25;  // s
-    return (std::exp(-(step + 1) * kStep / kTime) - 1.0) * TiltedSpeeds(window);
+    return (std::exp(-(step + 1) * kStep / kTime) - 1.0) * speeds;
   }
   // By axis.
   template <class T>
@@ -256,8 +256,9 @@ void WindowPrediction::ExpectRates(const T* c, const PredictionWindow& window,
   std::vector<std::vector<T>> level, heading;
   process_[kLevel].Expect<T>({net[0], net[1]}, &level);
   process_[kHeading].Expect<T>({net[2]}, &heading);
+  const Eigen::Vector3d speeds = TiltedSpeeds(window);
   for (int k = 0; k < kSteps; ++k) {
-    const Vec3<T> braking = Constant<T>(Braking(window, k));
+    const Vec3<T> braking = Constant<T>(Braking(speeds, k));
     (*states)[k].w = Sum(Vec3<T>(level[0][k], level[1][k], heading[0][k]), c[kBraking], braking);
   }
 }

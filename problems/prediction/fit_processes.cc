@@ -173,14 +173,14 @@ std::vector<SeenWindow> ObservedMoments(const WindowPrediction& prediction,
     WindowPrediction::Observed<double> net;
     prediction.Predict(numbers.data(), windows[i].window, &states, &net);
     seen[i].weight = windows[i].weight;
+    const Eigen::Vector3d speeds = WindowPrediction::TiltedSpeeds(windows[i].window);
     for (int a = first; a <= last; ++a) {
       seen[i].observed.push_back(net[a]);
       auto& rates = seen[i].rates.emplace_back();
       for (int h = 0; h < kHorizons; ++h) {
         const int step = WindowTruth::kHorizons[h] - 1;
         rates[h] = windows[i].truth.states[h].w[a] -
-                   numbers[WindowPrediction::kBraking] *
-                       WindowPrediction::Braking(windows[i].window, step)[a];
+                   numbers[WindowPrediction::kBraking] * WindowPrediction::Braking(speeds, step)[a];
       }
     }
   };
