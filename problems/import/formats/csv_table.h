@@ -48,6 +48,8 @@ std::optional<TimeColumns> FindTimeColumns(const CsvLayout& layout,
                                            const std::vector<std::vector<std::string>>& rows,
                                            bool may_be_unnamed, std::string* problem = nullptr);
 
+bool IsValue(const std::string& text);  // a number, or a date or time of day
+
 // Throws InputError for a file without text.
 CsvLayout GuessCsvLayout(const std::filesystem::path& path);
 
