@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "problems/common/error.h"
 #include "problems/log/units.h"
@@ -45,7 +46,7 @@ ForeignCsv::ForeignCsv(const std::filesystem::path& path, const CsvDialect& dial
 bool ForeignCsv::SkipsLine(std::string_view line) {
   const bool names = !header_.empty() && line == header_;
   if (!names && !line.starts_with('#')) return false;
-  if (skipped_++ == 0) {
+  if (!std::exchange(has_skipped_, true)) {
     warnings_->push_back(fmt::format("{}:{}: {} among the rows is skipped", file(), this->line(),
                                      names ? "a line of names" : "a comment"));
   }

@@ -94,8 +94,8 @@ class ForeignCsv : public ForeignRow {
   char delimiter_;
   ValueSplitter splitter_;
   std::vector<std::string>* warnings_;
-  std::string header_;  // the line of names
-  int skipped_ = 0;     // lines among the rows
+  std::string header_;        // the line of names
+  bool has_skipped_ = false;  // a line among the rows, which a warning tells once
   std::vector<std::string> names_;
   std::vector<std::string_view> fields_;
   std::size_t width_ = 0;        // fields of the first row

@@ -72,14 +72,14 @@ std::string WhyNoMapFits(Recording* recording) {
   const bool any = std::any_of(channels.begin(), channels.end(),
                                [](const Channel& channel) { return channel.count > 0; });
   if (!any) return "has no records";
-  if (ProposeStreams(recording).lines.contains("imu")) {
+  const ProposedStreams found = ProposeStreams(recording);
+  if (found.lines.contains("imu")) {
     return "no map in config/import fits it, though the names of its fields show an IMU";
   }
   if (recording->format().key == std::string("tum")) {
     return "is a trajectory without an IMU; give it as the second input of a map, as "
            "config/import/imu_and_tum.yaml does";
   }
-  const ProposedStreams found = ProposeStreams(recording);
   const auto shown = [](const char* what, const std::vector<ProposedVector>& vectors) {
     return vectors.empty() ? std::string()
                            : fmt::format("{} {}; ", what, fmt::join(vectors.front().columns, ", "));

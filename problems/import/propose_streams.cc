@@ -311,19 +311,23 @@ std::string EarthText(const Vector& vector) {
   return vector.earth.empty() ? "" : ", earth: " + vector.earth;
 }
 
-// That of the vehicle; with `position` the attitude whose names go with the position's, else the
-// same.
-std::string AttitudeText(const Channel& channel, std::size_t place, Recording* recording,
-                         const Vector* position = nullptr) {
-  const std::vector<Quaternion> all = QuaternionsOf(GroupsOf(channel));
-  if (!all.empty()) {
-    const auto chosen = std::find_if(all.begin(), all.end(), [&](const Quaternion& q) {
-      return position != nullptr && ShareAWord(q.stem, position->stem);
-    });
-    const Texts& q = (chosen == all.end() ? all.front() : *chosen).columns;
-    return fmt::format("quaternion: {{w: \"{}\", x: \"{}\", y: \"{}\", z: \"{}\"}}", q[0], q[1],
-                       q[2], q[3]);
+std::string QuaternionText(const Quaternion& quaternion) {
+  const Texts& q = quaternion.columns;
+  return fmt::format("quaternion: {{w: \"{}\", x: \"{}\", y: \"{}\", z: \"{}\"}}", q[0], q[1], q[2],
+                     q[3]);
+}
+
+// The quaternion whose names go with those of a position; empty if there is none.
+std::string QuaternionBeside(const Vector& position, const std::vector<FieldGroup>& groups) {
+  for (const Quaternion& q : QuaternionsOf(groups)) {
+    if (ShareAWord(q.stem, position.stem)) return QuaternionText(q);
   }
+  return "";
+}
+
+std::string AttitudeText(const Channel& channel, std::size_t place, Recording* recording) {
+  const std::vector<Quaternion> all = QuaternionsOf(GroupsOf(channel));
+  if (!all.empty()) return QuaternionText(all.front());
   const Texts matrix = MatrixOf(channel);
   if (!matrix.empty()) return fmt::format("matrix: {{columns: [{}]}}", Quoted(matrix));
   const FieldGroup group = EulerAnglesOf(channel);
@@ -433,9 +437,12 @@ class ChannelProposal {
       AddLine("fixes", columns + (sigma.empty() ? ", sigma: {constant: 0.05}" : sigma) + GateText(),
               sigma.empty() ? "state its standard deviation, m" : "");
     } else {
-      const std::string own = AttitudeText(channel_, place_, recording_, &position);
+      const std::string beside = QuaternionBeside(position, groups_);
+      const std::string own = beside.empty() ? attitude : beside;
+      if (!streams_->lines.contains("mocap")) {
+        streams_->attitude_of_mocap = fmt::format("attitude: {{{}{}}}  # mocap's own", from_, own);
+      }
       AddLine("mocap", columns + ", " + own, "if truth");
-      streams_->attitude_of_mocap = fmt::format("attitude: {{{}{}}}  # mocap's own", from_, own);
     }
   }
 
