@@ -6,7 +6,6 @@
 
 #include "cost_functions/huber.h"
 #include "problems/result/statistics.h"
-#include "problems/vgd/fix_loss.h"
 #include "problems/vgd/gyro_intervals.h"
 #include "problems/vgd/smooth_attitude.h"
 

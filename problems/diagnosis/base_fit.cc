@@ -4,7 +4,7 @@
 
 #include "cost_functions/huber.h"
 #include "problems/chain/damped_gauss_newton.h"
-#include "problems/vgd/fix_loss.h"
+#include "problems/vgd/solver_options.h"
 
 namespace trueline {
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "cost_functions/prior_residuals.h"
-#include "problems/vgd/fix_loss.h"
 #include "problems/vgd/make_segment.h"
 #include "problems/vgd/rough_path.h"
+#include "problems/vgd/solver_options.h"
 #include "problems/vgd/window_data.h"
 
 namespace trueline {

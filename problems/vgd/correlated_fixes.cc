@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "problems/vgd/fix_loss.h"
 #include "problems/vgd/make_segment.h"
+#include "problems/vgd/solver_options.h"
 
 namespace trueline {
 

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 
-#include "problems/vgd/fix_loss.h"
 #include "problems/vgd/kinematic_chain.h"
 #include "problems/vgd/solver_options.h"
 #include "problems/vgd/window_problem.h"

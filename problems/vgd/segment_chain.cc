@@ -10,8 +10,8 @@
 
 #include "cost_functions/drag_residual.h"
 #include "problems/common/parallel.h"
-#include "problems/vgd/fix_loss.h"
 #include "problems/vgd/make_segment.h"
+#include "problems/vgd/solver_options.h"
 
 namespace trueline {
 namespace {

@@ -1,6 +1,9 @@
 #include "problems/vgd/solver_options.h"
 
 #include <algorithm>
+#include <memory>
+
+#include "cost_functions/huber.h"
 
 namespace trueline {
 namespace {
@@ -47,6 +50,28 @@ TrustRegionOptions TrustRegion(const VgdOptions& options) {
           .parameter_tolerance = ParameterTolerance(options),
           .radius = defaults.initial_trust_region_radius,
           .nonmonotonic_steps = defaults.max_consecutive_nonmonotonic_steps};
+}
+
+ceres::LossFunction* MakeLoss(FixLoss loss, double scale) {
+  switch (loss) {
+    case FixLoss::kHuber:
+      return new ceres::HuberLoss(scale);
+    case FixLoss::kCauchy:
+      return new ceres::CauchyLoss(scale);
+    case FixLoss::kNorm:
+      return new NormLoss();
+    case FixLoss::kNone:
+      break;
+  }
+  return nullptr;
+}
+
+double RobustWeight(FixLoss loss, double scale, double norm) {
+  const std::unique_ptr<const ceres::LossFunction> function(MakeLoss(loss, scale));
+  if (!function) return 1.0;
+  double rho[3];
+  function->Evaluate(norm * norm, rho);
+  return rho[1];
 }
 
 }  // namespace trueline

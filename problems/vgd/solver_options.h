@@ -1,7 +1,8 @@
-// How windows are solved.
+// How windows are solved, and the robust losses of their residuals.
 #pragma once
 
 #include <ceres/evaluation_callback.h>
+#include <ceres/loss_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
@@ -21,5 +22,13 @@ ceres::Solver::Options SolverOptions(const VgdOptions& options,
 
 // The same trust region for a chain that solves itself.
 TrustRegionOptions TrustRegion(const VgdOptions& options);
+
+inline constexpr double kForceHuber = 2.5;  // sigmas, on the norm of a sample's x and y
+
+// Each residual block needs its own instance and owns it; null for kNone. `scale` in sigmas.
+ceres::LossFunction* MakeLoss(FixLoss loss, double scale);
+
+// The loss's factor on the weight of a fix whose whitened residuals have this norm.
+double RobustWeight(FixLoss loss, double scale, double norm);
 
 }  // namespace trueline

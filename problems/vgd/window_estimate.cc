@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "problems/result/identifiability.h"
-#include "problems/vgd/fix_loss.h"
+#include "problems/vgd/solver_options.h"
 
 namespace trueline {
 namespace {

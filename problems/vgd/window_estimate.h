@@ -4,8 +4,8 @@
 #include <span>
 
 #include "problems/result/estimate.h"
-#include "problems/vgd/fix_loss.h"
 #include "problems/vgd/flight_data.h"
+#include "problems/vgd/solver_options.h"
 #include "problems/vgd/window_problem.h"
 
 namespace trueline {

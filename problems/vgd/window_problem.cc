@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "cost_functions/prior_residuals.h"
-#include "problems/vgd/fix_loss.h"
 #include "problems/vgd/make_segment.h"
 #include "problems/vgd/solver_options.h"
 

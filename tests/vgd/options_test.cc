@@ -1,7 +1,7 @@
 // Effects of the fit's options: losses, solvers, the stopping rule of eq. 36, bounds, gaps.
 #include <gmock/gmock.h>
 
-#include "problems/vgd/fix_loss.h"
+#include "problems/vgd/solver_options.h"
 #include "tests/vgd/flights.h"
 
 namespace trueline {
