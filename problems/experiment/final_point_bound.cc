@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd.h"
-#include "problems/vgd/window_data.h"
 
 namespace trueline {
 

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "cost_functions/prior_residuals.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/make_segment.h"
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/solver_options.h"
-#include "problems/vgd/window_data.h"
 
 namespace trueline {
 namespace {

@@ -19,7 +19,6 @@
 #include "problems/vgd/drag_errors.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/segment_chain.h"
-#include "problems/vgd/window_data.h"
 
 namespace trueline {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "problems/vgd/window_data.h"
+#include "problems/vgd/flight_data.h"
 
 namespace trueline {
 namespace {

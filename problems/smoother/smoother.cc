@@ -6,9 +6,9 @@
 
 #include "problems/common/error.h"
 #include "problems/smoother/hypothesis.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/learn_process.h"
 #include "problems/vgd/vgd.h"
-#include "problems/vgd/window_data.h"
 #include "problems/vgd/window_estimate.h"
 
 namespace trueline {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "problems/trajectory/mocap_path.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/rough_path.h"
-#include "problems/vgd/window_data.h"
 #include "problems/vgd/window_problem.h"
 
 namespace trueline {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd.h"
-#include "problems/vgd/window_data.h"
 #include "problems/vgd/window_problem.h"
 
 namespace trueline {

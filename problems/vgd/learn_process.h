@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "problems/vgd/flight_data.h"
-#include "problems/vgd/window_data.h"
 
 namespace trueline {
 

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "cost_functions/continuity_residual.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/segment.h"
-#include "problems/vgd/window_data.h"
 
 namespace trueline {
 

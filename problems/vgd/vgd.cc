@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "problems/common/random.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/learn_process.h"
 #include "problems/vgd/rough_path.h"
-#include "problems/vgd/window_data.h"
 #include "problems/vgd/window_estimate.h"
 #include "problems/vgd/window_scatter.h"
 

@@ -6,7 +6,6 @@
 #include "problems/result/estimate.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd_options.h"
-#include "problems/vgd/window_data.h"
 
 namespace trueline {
 

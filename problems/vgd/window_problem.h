@@ -6,9 +6,9 @@
 
 #include "problems/vgd/correlated_fixes.h"
 #include "problems/vgd/drag_errors.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/segment_chain.h"
-#include "problems/vgd/window_data.h"
 
 namespace trueline {
 

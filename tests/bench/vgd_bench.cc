@@ -4,8 +4,8 @@
 
 #include "problems/simulation/config.h"
 #include "problems/simulation/simulate.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd.h"
-#include "problems/vgd/window_data.h"
 #include "problems/vgd/window_problem.h"
 #include "tests/models/midpoint_step.h"
 

@@ -5,7 +5,6 @@
 #include "problems/simulation/variant.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd.h"
-#include "problems/vgd/window_data.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline::testing_vgd {
