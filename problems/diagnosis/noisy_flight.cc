@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "problems/diagnosis/chain_system.h"
-#include "problems/vgd/make_segment.h"
+#include "problems/vgd/segment.h"
 
 namespace trueline {
 namespace {

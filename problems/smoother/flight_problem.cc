@@ -5,8 +5,8 @@
 
 #include "cost_functions/prior_residuals.h"
 #include "problems/vgd/flight_data.h"
-#include "problems/vgd/make_segment.h"
 #include "problems/vgd/rough_path.h"
+#include "problems/vgd/segment.h"
 #include "problems/vgd/solver_options.h"
 
 namespace trueline {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "problems/vgd/make_segment.h"
+#include "problems/vgd/segment.h"
 #include "problems/vgd/solver_options.h"
 
 namespace trueline {

@@ -1,11 +1,15 @@
-// One segment of a window: its chain of blocks and the nodes at which residuals read it.
+// One segment of a window or a whole flight: its chain of blocks, the nodes at which residuals read
+// it, and the step to the next one.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "cost_functions/chain_node.h"
+#include "cost_functions/continuity_residual.h"
 #include "cost_functions/models/gust.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/motion_chain.h"
 #include "problems/vgd/vgd_options.h"
 
@@ -105,5 +109,22 @@ class Segment {
   std::vector<Eigen::Matrix<double, kStateSize, 1>> states_there_;
   std::vector<Eigen::Vector2d> forces_there_;
 };
+
+// The segment [from, to] of a window. A measurement at a knot belongs to the segment that begins
+// there, so a window cut at the knot contains it once; one at the window's end belongs to the last
+// segment.
+std::unique_ptr<Segment> MakeSegment(const DriveTrack& track, const WindowData& data, TimeNs from,
+                                     TimeNs to, const ParameterScaling& scaling, double max_block);
+
+// Divides [from, to] evenly into steps of at most `interval` seconds; both ends are knots.
+std::vector<TimeNs> EvenKnots(TimeNs from, TimeNs to, double interval);
+
+// The process over a segment: decay, and weights by the covariance that it adds. drift_unit: rad
+// for each unit of a node's drift.
+ContinuityResidual::Weights StepWeights(const ProcessNoise& noise,
+                                        const Eigen::Vector3d& drift_unit, const Segment& segment,
+                                        double gravity);
+// Log determinant of these weights, the gust's included if `gusts`.
+double LogDeterminant(const ContinuityResidual::Weights& weights, bool gusts);
 
 }  // namespace trueline

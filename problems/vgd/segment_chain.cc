@@ -10,7 +10,7 @@
 
 #include "cost_functions/drag_residual.h"
 #include "problems/common/parallel.h"
-#include "problems/vgd/make_segment.h"
+#include "problems/vgd/segment.h"
 #include "problems/vgd/solver_options.h"
 
 namespace trueline {

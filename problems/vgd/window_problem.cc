@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "cost_functions/prior_residuals.h"
-#include "problems/vgd/make_segment.h"
+#include "problems/vgd/segment.h"
 #include "problems/vgd/solver_options.h"
 
 namespace trueline {
