@@ -10,7 +10,6 @@
 #include "problems/vgd/learn_process.h"
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/window_estimate.h"
-#include "problems/vgd/window_scatter.h"
 
 namespace trueline {
 Theta PriorMeans(const VgdOptions& options) {

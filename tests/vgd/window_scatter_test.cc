@@ -1,11 +1,10 @@
 // Windows of a flight without gates that disagree by more than their sigmas widen them.
-#include "problems/vgd/window_scatter.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "cost_functions/models/imu_driven_model.h"
+#include "problems/vgd/window_estimate.h"
 
 namespace trueline {
 namespace {
