@@ -9,7 +9,6 @@
 #include "problems/log/native_log.h"
 #include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
-#include "problems/vgd/forecast.h"
 #include "problems/vgd/vgd.h"
 #include "problems/vgd/window_estimate.h"
 

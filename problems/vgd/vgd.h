@@ -2,6 +2,8 @@
 // the arc that follows.
 #pragma once
 
+#include <vector>
+
 #include "problems/common/random.h"
 #include "problems/result/estimate.h"
 #include "problems/vgd/flight_data.h"
@@ -38,5 +40,24 @@ Theta RandomStart(const VgdOptions& options, Random* random);
 
 // The priors' means: the default start of a search.
 Theta PriorMeans(const VgdOptions& options);
+
+// A position that a window predicts at a fixed time after its last fix, against mocap. How often
+// the regions of such forecasts hold the truth on measured flight tells whether the stated
+// uncertainty can be believed.
+struct Forecast {
+  double horizon;  // s after the window's last fix
+  double error;    // m, horizontal
+  double sigma;    // m, root of the mean variance of the two axes
+  // Probability of the forecast's ellipse through the truth: uniform in [0, 1] where errors are as
+  // large as stated.
+  double rank;
+};
+
+// Of the window that ends with pass `tau` (from 1), for each of `horizons` (s) that lies on the arc
+// after it and that mocap covers. `start` as of SolveWindow. The window is solved anew with the
+// accelerometer up to the horizon alone. None on a flight whose fixes have correlated noise: its
+// positions count from the last fix, and mocap's do not.
+std::vector<Forecast> ForecastAfter(const FlightData& flight, const VgdOptions& options, int tau,
+                                    const Theta& start, const std::vector<double>& horizons);
 
 }  // namespace trueline

@@ -1,9 +1,8 @@
 // Forecasts at fixed horizons: where they exist, and that their regions hold the truth as often as
 // they say.
-#include "problems/vgd/forecast.h"
-
 #include <gtest/gtest.h>
 
+#include "problems/vgd/vgd.h"
 #include "problems/vgd/window_estimate.h"
 #include "tests/simulation/short_flight.h"
 
