@@ -6,7 +6,7 @@
 
 #include "cost_functions/huber.h"
 #include "problems/result/statistics.h"
-#include "problems/vgd/gyro_intervals.h"
+#include "problems/vgd/attitude_errors.h"
 #include "problems/vgd/smooth_attitude.h"
 
 namespace trueline {
