@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "cost_functions/fix_step_residual.h"
-#include "problems/vgd/continuous_fixes.h"
+#include "problems/vgd/passes.h"
 #include "problems/vgd/segment_chain.h"
 
 namespace trueline {

@@ -10,7 +10,6 @@
 
 #include "problems/log/flight_log.h"
 #include "problems/result/estimate.h"
-#include "problems/vgd/continuous_fixes.h"
 #include "problems/vgd/drive_track.h"
 #include "problems/vgd/force_samples.h"
 #include "problems/vgd/passes.h"

@@ -1,13 +1,12 @@
 // Flights without gates: how they are divided, the noise of their fixes, and what withholding
 // withholds.
-#include "problems/vgd/continuous_fixes.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
 
 #include "cost_functions/fix_step_residual.h"
 #include "problems/common/error.h"
+#include "problems/vgd/passes.h"
 #include "tests/common/arcs.h"
 #include "tests/vgd/flights.h"
 
