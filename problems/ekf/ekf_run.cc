@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "problems/result/identifiability.h"
-#include "problems/vgd/imu_inputs.h"
+#include "problems/vgd/drive_track.h"
 #include "problems/vgd/rough_path.h"
 
 namespace trueline {

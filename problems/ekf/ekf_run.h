@@ -4,8 +4,8 @@
 #include "problems/ekf/ekf.h"
 #include "problems/log/flight_log.h"
 #include "problems/result/estimate.h"
+#include "problems/vgd/drive_track.h"
 #include "problems/vgd/flight_data.h"
-#include "problems/vgd/imu_inputs.h"
 
 namespace trueline {
 

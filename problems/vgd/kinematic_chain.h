@@ -5,7 +5,7 @@
 
 #include "cost_functions/kinematic_fix_residual.h"
 #include "cost_functions/models/kinematic_model.h"
-#include "problems/vgd/imu_inputs.h"
+#include "problems/vgd/drive_track.h"
 #include "problems/vgd/vgd_options.h"
 
 namespace trueline {

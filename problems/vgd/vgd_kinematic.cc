@@ -4,7 +4,7 @@
 
 #include "problems/common/random.h"
 #include "problems/result/identifiability.h"
-#include "problems/vgd/imu_inputs.h"
+#include "problems/vgd/drive_track.h"
 #include "problems/vgd/kinematic_window.h"
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/window_estimate.h"

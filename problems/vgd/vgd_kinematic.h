@@ -3,8 +3,8 @@
 #pragma once
 
 #include "problems/result/estimate.h"
+#include "problems/vgd/drive_track.h"
 #include "problems/vgd/flight_data.h"
-#include "problems/vgd/imu_inputs.h"
 #include "problems/vgd/vgd_options.h"
 
 namespace trueline {

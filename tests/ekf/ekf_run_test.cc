@@ -7,7 +7,7 @@
 #include "problems/common/error.h"
 #include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
-#include "problems/vgd/imu_inputs.h"
+#include "problems/vgd/drive_track.h"
 #include "tests/common/arcs.h"
 #include "tests/simulation/short_flight.h"
 
