@@ -50,22 +50,6 @@ KinematicBlock SumUp(const ImuInputs& imu, TimeNs t0, TimeNs t1) {
   return block;
 }
 
-KinematicChain::KinematicChain(const ImuInputs& imu, TimeNs start, std::vector<TimeNs> times,
-                               double max_block)
-    : gravity_(imu.track().gravity()), start_(start), times_(std::move(times)) {
-  TimeNs from = start;
-  for (const TimeNs time : times_) {
-    const double span = SecondsBetween(from, time);
-    const int pieces = static_cast<int>(std::ceil(span / max_block - 1e-9));
-    for (int k = 0; k < pieces; ++k) {
-      const TimeNs length = time - from;
-      blocks_.push_back(SumUp(imu, from + length * k / pieces, from + length * (k + 1) / pieces));
-    }
-    block_ends_.push_back(blocks_.size());
-    from = time;
-  }
-}
-
 Eigen::MatrixXd PathDeviations(const std::vector<KinematicNode>& nodes, const ImuNoise& noise,
                                double gravity) {
   const auto count = static_cast<Eigen::Index>(nodes.size());

@@ -5,7 +5,7 @@
 
 #include "cost_functions/kinematic_fix_residual.h"
 #include "cost_functions/models/kinematic_model.h"
-#include "problems/vgd/drive_track.h"
+#include "problems/vgd/motion_chain.h"
 #include "problems/vgd/vgd_options.h"
 
 namespace trueline {
@@ -14,35 +14,27 @@ namespace trueline {
 // KinematicStep at zero bias.
 KinematicBlock SumUp(const ImuInputs& imu, TimeNs t0, TimeNs t1);
 
-class KinematicChain {
+class KinematicChain : public BlockChain<KinematicBlock> {
  public:
-  // Blocks from `start` through all `times` (ascending, >= start), none longer than max_block
-  // seconds. The track must cover the whole.
-  KinematicChain(const ImuInputs& imu, TimeNs start, std::vector<TimeNs> times, double max_block);
+  // The track must cover the whole.
+  KinematicChain(const ImuInputs& imu, TimeNs start, std::vector<TimeNs> times, double max_block)
+      : BlockChain(start, std::move(times), max_block,
+                   [&](TimeNs begin, TimeNs end) { return SumUp(imu, begin, end); }),
+        gravity_(imu.track().gravity()) {}
 
   // Integrates from `x` and calls visit(i, state) at each of the chosen times.
   template <typename T, typename Visitor>
   void Integrate(const ImuBias<T>& bias, KinematicState<T> x, Visitor&& visit) const {
-    std::size_t block = 0;
-    for (std::size_t i = 0; i < times_.size(); ++i) {
-      for (; block < block_ends_[i]; ++block) Propagate(blocks_[block], bias, gravity_, &x);
-      visit(i, x);
-    }
+    ForEachBlock([&](const KinematicBlock& block) { Propagate(block, bias, gravity_, &x); },
+                 [&](std::size_t i) { visit(i, x); });
   }
-
-  TimeNs start() const { return start_; }
-  const std::vector<TimeNs>& times() const { return times_; }
 
  private:
   double gravity_;
-  TimeNs start_;
-  std::vector<TimeNs> times_;
-  std::vector<KinematicBlock> blocks_;
-  std::vector<std::size_t> block_ends_;  // by time: how many blocks lie before it
 };
 
 // Effect of IMU noise on an integrated path, which a rigid integration cannot follow.
-
+//
 // Deviations of (p, v) at every node (rows 6 i ... 6 i + 5) for independent unit normal noises
 // (columns): D D' is the covariance of the true path less the integrated one. Between two nodes the
 // gyroscope's white noise rotates all later specific force, and the accelerometer's changes the
