@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "cost_functions/models/rotation.h"
-#include "problems/ekf/nav_state.h"
+#include "problems/ekf/ekf.h"
 
 namespace trueline {
 
