@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "problems/calibration/rotor_calibration.h"
-#include "problems/rotor/rotor_variant.h"
+#include "problems/rotor/rotor_normal.h"
 
 namespace trueline {
 

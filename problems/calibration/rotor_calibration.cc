@@ -14,7 +14,7 @@
 #include "problems/effects/rotor_extension.h"
 #include "problems/result/identifiability.h"
 #include "problems/result/statistics.h"
-#include "problems/rotor/speed_noise_bias.h"
+#include "problems/rotor/rotor_batch.h"
 
 namespace trueline {
 namespace {

@@ -9,7 +9,7 @@
 #include "problems/calibration/rotor_calibration.h"
 #include "problems/diagnosis/open_term.h"
 #include "problems/effects/rotor_extension.h"
-#include "problems/rotor/rotor_variant.h"
+#include "problems/rotor/rotor_normal.h"
 
 namespace trueline {
 

@@ -21,7 +21,7 @@
 #include "problems/experiment/rows.h"
 #include "problems/observability/bound_design.h"
 #include "problems/result/yaml_text.h"
-#include "problems/rotor/speed_noise_bias.h"
+#include "problems/rotor/rotor_batch.h"
 #include "problems/simulation/flown.h"
 #include "problems/simulation/rotor_flight_config.h"
 #include "problems/trajectory/limits.h"

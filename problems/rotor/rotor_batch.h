@@ -9,7 +9,7 @@
 #include "cost_functions/huber.h"
 #include "problems/common/error.h"
 #include "problems/rotor/rotor_data.h"
-#include "problems/rotor/rotor_noise.h"
+#include "problems/rotor/rotor_state.h"
 #include "problems/rotor/rotor_vehicle.h"
 
 namespace trueline {
@@ -85,5 +85,16 @@ InputError RunsAway();
 Eigen::MatrixXd RotorBound(const RotorAeroModel& model, const RotorData& data,
                            const RotorBatchOptions& options, const std::vector<RotorNode>& nodes,
                            const RotorConstants& constants);
+
+// Fits the batch to less smoothed speeds, and subtracts the bias that their noise causes. The bias
+// is measured: speeds with noise of the same size, added and subtracted, move the constants by
+// it on average (simulation extrapolation, Cook and Stefanski 1994, with antithetic pairs, which
+// cancel what is linear in the noise). `batch` is the solution for `data`, which is returned where
+// the speeds are exact or where a model without its bias would be no body. `bias`, if not null,
+// becomes what was subtracted.
+RotorBatchResult WithoutSpeedNoiseBias(const RotorAeroModel& model, const RotorData& data,
+                                       const RotorBatchOptions& options,
+                                       const RotorBatchResult& batch,
+                                       RotorConstants* bias = nullptr);
 
 }  // namespace trueline

@@ -10,7 +10,6 @@
 #include "cost_functions/models/rotor_aero_model.h"
 #include "cost_functions/pose_residual.h"
 #include "problems/log/flight_log.h"
-#include "problems/rotor/rotor_noise.h"
 #include "problems/rotor/rotor_state.h"
 #include "problems/rotor/smooth_speeds.h"
 

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "problems/rotor/rotor_data.h"
-#include "problems/rotor/rotor_noise.h"
+#include "problems/rotor/rotor_state.h"
 #include "problems/rotor/rotor_vehicle.h"
 
 namespace trueline {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "problems/chain/bordered_chain.h"
@@ -93,5 +94,26 @@ class RotorNormal : public ReducedSystem {
 // its scores add up within a cluster where those of noise cancel.
 RotorConstants WideningFactors(const RotorAeroModel& model, const RotorData& data,
                                const RotorBatchOptions& options, const RotorBatchResult& batch);
+
+// An alternative to the fit's model. The difference of their forces along the fitted flight is one
+// column.
+struct RotorVariant {
+  RotorAeroModel model;
+  RotorConstants added;                   // to the constants of the fit
+  std::shared_ptr<const RotorData> data;  // null: the fit's
+};
+
+// One column each; `model` and `data` are the fit's and must outlive the result.
+RotorColumns VariantColumns(const RotorAeroModel& model, const RotorData& data,
+                            std::vector<RotorVariant> variants);
+
+// Covariance (kConstants x kConstants, SI) that unmodelled effects add to the constants of a fit:
+// "consider" parameters (Schmidt 1966; Bierman 1977, ch. 8). Each variant is one effect at one
+// sigma, independent of the others. It holds for any estimate that is the posterior mean given the
+// same data, such as a filter's at its end.
+Eigen::MatrixXd ConsideredCovariance(const RotorAeroModel& model, const RotorData& data,
+                                     const RotorBatchOptions& options,
+                                     const RotorBatchResult& batch,
+                                     std::vector<RotorVariant> variants);
 
 }  // namespace trueline

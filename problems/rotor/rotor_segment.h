@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "problems/rotor/rotor_data.h"
-#include "problems/rotor/rotor_noise.h"
 #include "problems/rotor/rotor_slopes.h"
+#include "problems/rotor/rotor_state.h"
 #include "problems/rotor/segment_weight.h"
 
 namespace trueline {

@@ -1,7 +1,5 @@
 #include "problems/rotor/rotor_state.h"
 
-#include <cmath>
-
 namespace trueline {
 namespace {
 
@@ -47,6 +45,17 @@ RotorState Joined(const MovingState& motion, const RotorConstants& constants) {
   RotorState x;
   x << motion, constants;
   return x;
+}
+
+void Serialize(YamlArchive* a, RotorNoise* noise) {
+  a->Positive("sigma_accel", &noise->accel);
+  a->Positive("sigma_gyro", &noise->gyro);
+  a->Positive("sigma_position", &noise->position);
+  a->Positive("sigma_attitude", &noise->attitude);
+  a->Positive("force_density", &noise->force_density);
+  a->Positive("angular_density", &noise->angular_density);
+  a->NotNegative("angular_drift", &noise->angular_drift);
+  a->Positive("angular_drift_time", &noise->angular_drift_time);
 }
 
 }  // namespace trueline

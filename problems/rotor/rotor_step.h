@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "problems/rotor/rotor_data.h"
-#include "problems/rotor/rotor_noise.h"
 #include "problems/rotor/rotor_state.h"
 
 namespace trueline {

@@ -9,7 +9,6 @@
 
 #include "problems/effects/effect.h"
 #include "problems/log/flight_log.h"
-#include "problems/rotor/rotor_noise.h"
 #include "problems/rotor/rotor_state.h"
 #include "problems/rotor/rotor_vehicle.h"
 #include "problems/simulation/config.h"

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "problems/common/error.h"
-#include "problems/rotor/constants_chart.h"
 #include "problems/rotor/rotor_segment.h"
+#include "problems/rotor/rotor_vehicle.h"
 #include "tests/common/bands.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 

@@ -1,10 +1,9 @@
-#include "problems/rotor/speed_noise_bias.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "problems/calibration/rotor_calibration.h"
+#include "problems/rotor/rotor_batch.h"
 #include "problems/simulation/flown.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
