@@ -3,6 +3,7 @@
 // files are the same for all drives.
 #pragma once
 
+#include <Eigen/Core>
 #include <map>
 #include <memory>
 #include <optional>
@@ -12,9 +13,26 @@
 #include "problems/diagnosis/diagnosis.h"
 #include "problems/diagnosis/linearisation.h"
 #include "problems/diagnosis/open_term.h"
-#include "problems/diagnosis/replay.h"
+#include "problems/log/flight_log.h"
 
 namespace trueline {
+
+// Of a replay: simulation without correction from a fitted state.
+struct ReplayError {
+  int segment;     // of the fit's chain, where it starts
+  double horizon;  // s
+  TimeNs end;
+  Eigen::Vector3d error_E;  // m, simulated less measured displacement
+  Eigen::Vector3d error_B;  // m, in body axes at the end
+};
+
+// Variables that a replay's error may be correlated with, at the replay's middle.
+struct ReplaySituation {
+  double time, speed, acceleration, thrust, rate;  // s, m/s, m/s^2, m/s^2, rad/s
+  double heading, gate_distance, height, battery;  // rad, m, m, V; NaN where not logged
+  int gate;                                        // of the nearest fix within a second; -1: none
+  double north, east;                              // m
+};
 
 // Whitened residuals of a fit.
 struct Residuals {
