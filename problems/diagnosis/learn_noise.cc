@@ -7,8 +7,8 @@
 
 #include "problems/common/parallel.h"
 #include "problems/diagnosis/base_fit.h"
+#include "problems/diagnosis/chain_system.h"
 #include "problems/diagnosis/linearisation.h"
-#include "problems/diagnosis/noisy_flight.h"
 #include "problems/smoother/evidence_maximum.h"
 
 namespace trueline {

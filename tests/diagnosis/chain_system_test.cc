@@ -6,7 +6,6 @@
 #include <Eigen/QR>
 
 #include "problems/diagnosis/base_fit.h"
-#include "problems/diagnosis/noisy_flight.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
@@ -43,24 +42,18 @@ Eigen::MatrixXd DenseRows(const LinearFlight& linear, const NoiseStrengths& nois
   const int segments = static_cast<int>(linear.flight.plan().segments.size());
   const int nodes = segments * kNodeSize, width = linear.width(), z = width - 1;
   std::vector<SegmentRows> stacks;
-  std::vector<int> owner;
   int count = z;
   for (int s = 0; s < segments; ++s) {
-    for (const SegmentRows& stack :
-         {FixStack(linear, s, noise.fix_scale), ForceStack(linear, s, noise.force_sigma),
-          LinkStack(linear, s, noise), StartStack(linear, s, noise)}) {
-      stacks.push_back(stack);
-      owner.push_back(s);
-      count += stack.count();
-    }
+    stacks.push_back(RowsOf(linear, s, noise));
+    count += stacks.back().count();
   }
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(count, nodes + width);
   int at = 0;
-  for (std::size_t i = 0; i < stacks.size(); ++i) {
-    const int rows = stacks[i].count(), s = owner[i];
-    dense.block(at, s * kNodeSize, rows, kNodeSize) = stacks[i].node();
-    if (s + 1 < segments) dense.block(at, (s + 1) * kNodeSize, rows, kNodeSize) = stacks[i].next();
-    dense.block(at, nodes, rows, width) = stacks[i].border();
+  for (int s = 0; s < segments; ++s) {
+    const int rows = stacks[s].count();
+    dense.block(at, s * kNodeSize, rows, kNodeSize) = stacks[s].node();
+    if (s + 1 < segments) dense.block(at, (s + 1) * kNodeSize, rows, kNodeSize) = stacks[s].next();
+    dense.block(at, nodes, rows, width) = stacks[s].border();
     at += rows;
   }
   for (int i = 0; i < z; ++i, ++at) {
