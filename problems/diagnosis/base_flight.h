@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "cost_functions/chain_node.h"
-#include "problems/diagnosis/smooth_forces.h"
 #include "problems/effects/effect.h"
 #include "problems/vgd/flight_data.h"
+#include "problems/vgd/force_samples.h"
 #include "problems/vgd/segment.h"
 
 namespace trueline {

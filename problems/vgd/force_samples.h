@@ -1,4 +1,4 @@
-// Short means of the accelerometer's x and y axes, and their sigma.
+// Short means of the accelerometer's x and y axes and their sigma, or smoothed values.
 #pragma once
 
 #include <vector>
@@ -33,5 +33,13 @@ struct ForceSamples {
 // and the robust scatter of neighbouring means.
 ForceSamples AverageForces(const std::vector<ImuSample>& imu,
                            const DragMeasurementOptions& options);
+
+inline constexpr double kForceInterval = 0.125;  // s, between smoothed samples
+
+// For a diagnosis: every kForceInterval the value at the centre of a parabola through the samples
+// within one interval to either side, weighted by a raised cosine. Means would miss the curvature
+// of forces in fast turns, which looks like drag. Without the taper, beats between rotor harmonics
+// and the window's length remain; they follow thrust as an effect would.
+std::vector<ForceSample> SmoothForces(const std::vector<ImuSample>& imu);
 
 }  // namespace trueline

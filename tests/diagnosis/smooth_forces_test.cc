@@ -1,11 +1,11 @@
 // The smoothed accelerometer x and y of a diagnosis: effects of turns are kept, vibration of rotors
 // is removed.
-#include "problems/diagnosis/smooth_forces.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
+
+#include "problems/vgd/force_samples.h"
 
 namespace trueline {
 namespace {
