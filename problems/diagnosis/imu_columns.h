@@ -3,9 +3,13 @@
 // fit that has them.
 #pragma once
 
+#include <array>
+#include <vector>
+
 #include "problems/diagnosis/base_fit.h"
 #include "problems/diagnosis/candidate.h"
 #include "problems/diagnosis/linearisation.h"
+#include "problems/diagnosis/open_term.h"
 
 namespace trueline {
 
@@ -51,5 +55,42 @@ class ImuLinearisation : public Linearisation {
 
 // Learned noise far beyond that of ordinary flights, in words.
 std::vector<std::string> ExtraordinaryNoiseOf(const NoiseStrengths& noise);
+
+// The open catalogue (open_term.h) on the IMU drive: forces, attitude errors and errors of fixes
+// along a fitted flight as columns of its rows.
+class ImuOpenTerms {
+ public:
+  // At the solution `x`; `flight` must outlive this object. `parts` of a segment, each with one
+  // motion: four are about the spacing of the force samples, which take it, too, where a segment
+  // has but one.
+  ImuOpenTerms(BaseFlight* flight, const FlightUnknowns& x, int parts = 4);
+
+  // Evenly in time.
+  std::vector<TermMotion> Motions() const;
+  // One unit of each term, by row of FlightRows.
+  Eigen::MatrixXd Columns(const std::vector<TermForm>& terms) const;
+
+ private:
+  struct Motion : TermMotion {
+    Eigen::Vector3d f_E = Eigen::Vector3d::Zero();  // m/s^2, along the thrust axis
+  };
+  // A part of a segment over which forces are held.
+  struct Part {
+    Motion motion;  // at its middle
+    double begin;   // s, from the segment's begin
+    double length;  // s
+  };
+
+  Motion At(const FlightUnknowns& x, int segment, TimeNs t) const;
+  static Eigen::Vector3d Acceleration(const TermForm& term, const Motion& at);
+  Eigen::VectorXd Column(const TermForm& term) const;
+
+  const BaseFlight& flight_;
+  Eigen::Matrix3d R_E_Ep_, R_I_B_;
+  std::array<TermSeries, 3> rates_;       // rad/s, in I
+  std::vector<std::vector<Part>> parts_;  // by segment
+  std::vector<Motion> at_forces_;         // by force sample
+  std::vector<Motion> at_fixes_;
+};
 
 }  // namespace trueline

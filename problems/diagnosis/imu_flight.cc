@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "problems/calibration/conflict.h"
-#include "problems/diagnosis/imu_open_terms.h"
+#include "problems/diagnosis/imu_columns.h"
 #include "problems/diagnosis/prepare_log.h"
 
 namespace trueline {
