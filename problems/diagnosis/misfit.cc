@@ -136,7 +136,7 @@ Misfit MisfitOf(const DiagnosedFlight& flight, const std::vector<ReplayError>& b
         {replay, after.empty() ? replay : *match->second, flight.SituationOf(replay)});
   }
   misfit.growth = GrowthOf(misfit.rows);
-  // The median arc may have replaced the horizon of a second (Horizons in imu_replay.cc).
+  // The median arc may have replaced the horizon of a second (Horizons in imu_errors.cc).
   for (const MisfitGrowth& g : misfit.growth) {
     if (std::abs(g.horizon - 1.0) < 0.12) misfit.shares_horizon = g.horizon;
   }
