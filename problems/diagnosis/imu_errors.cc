@@ -9,7 +9,6 @@
 #include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/misfit.h"
-#include "problems/diagnosis/whiteness.h"
 #include "problems/log/fixes.h"
 #include "problems/result/statistics.h"
 #include "problems/result/yaml_text.h"

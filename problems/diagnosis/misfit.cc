@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "problems/diagnosis/variance_shares.h"
+#include "problems/result/distributions.h"
 
 namespace trueline {
 namespace {
@@ -142,6 +142,68 @@ Misfit MisfitOf(const DiagnosedFlight& flight, const std::vector<ReplayError>& b
   }
   misfit.shares = SharesOf(misfit.rows, misfit.shares_horizon);
   return misfit;
+}
+
+std::vector<int> QuantileBins(const std::vector<double>& values, int bins) {
+  std::vector<double> sorted;
+  for (const double v : values) {
+    if (std::isfinite(v)) sorted.push_back(v);
+  }
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<int> bin;
+  for (const double v : values) {
+    const auto below = std::lower_bound(sorted.begin(), sorted.end(), v) - sorted.begin();
+    const auto size = static_cast<long>(std::max<std::size_t>(1, sorted.size()));
+    bin.push_back(std::isfinite(v) ? static_cast<int>(below * bins / size) : -1);
+  }
+  return bin;
+}
+
+VarianceShare VarianceShareOf(const std::vector<Eigen::Vector2d>& errors,
+                              const std::vector<int>& bin) {
+  std::map<int, std::pair<Eigen::Vector2d, int>> sums;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    auto& [sum, count] = sums.try_emplace(bin[i], Eigen::Vector2d::Zero(), 0).first->second;
+    sum += errors[i];
+    ++count;
+    mean += errors[i] / static_cast<double>(errors.size());
+  }
+  double within = 0.0, total = 0.0;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const auto& [sum, count] = sums.at(bin[i]);
+    within += (errors[i] - sum / count).squaredNorm();
+    total += (errors[i] - mean).squaredNorm();
+  }
+  const double n = static_cast<double>(errors.size()), k = static_cast<double>(sums.size());
+  if (k < 2 || n <= k + 1 || total <= 0.0) return {0.0, 1.0};
+  const double by_chance = (k - 1) * within / (n - k), between = total - within;
+  const double F = (between / (k - 1)) / (within / (n - k));
+  return {std::max(0.0, (between - by_chance) / total), FTail(F, 2 * (k - 1), 2 * (n - k))};
+}
+
+double WhitenessOf(const std::vector<TimedResidual>& residuals, double apart) {
+  double products = 0.0, squares = 0.0;
+  for (std::size_t i = 1; i < residuals.size(); ++i) {
+    if (residuals[i].t - residuals[i - 1].t >= apart) continue;
+    const Eigen::VectorXd product = residuals[i - 1].value.cwiseProduct(residuals[i].value);
+    products += product.sum();
+    squares += product.squaredNorm();  // its variance, also under heavy tails
+  }
+  return squares > 0.0 ? std::erfc(std::abs(products) / std::sqrt(2.0 * squares)) : 1.0;
+}
+
+std::vector<TimedResidual> SumsOfBlocks(const std::vector<TimedResidual>& residuals,
+                                        double length) {
+  std::vector<TimedResidual> blocks;
+  for (const TimedResidual& r : residuals) {
+    if (blocks.empty() || r.t >= blocks.back().t + length) {
+      blocks.push_back(r);
+    } else {
+      blocks.back().value += r.value;
+    }
+  }
+  return blocks;
 }
 
 }  // namespace trueline

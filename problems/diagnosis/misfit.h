@@ -2,6 +2,7 @@
 // loop with constant parameters, and the variables that this error is correlated with.
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
@@ -43,5 +44,31 @@ Misfit MisfitOf(const DiagnosedFlight& flight, const std::vector<ReplayError>& b
 
 // The value of a slow stream at t: its last sample before; NaN before its first one.
 double LastBefore(const std::vector<ScalarSample>& samples, TimeNs t);
+
+// Bins of about equal count, numbered from 0; -1 for missing values.
+std::vector<int> QuantileBins(const std::vector<double>& values, int bins);
+
+// Share of the variance of an error that a variable explains: one-way analysis of variance.
+struct VarianceShare {
+  double share;  // 0 to 1, less the share expected by chance
+  double p;      // probability of as much by chance
+};
+
+// Over both axes together; entries with the same bin form a group.
+VarianceShare VarianceShareOf(const std::vector<Eigen::Vector2d>& errors,
+                              const std::vector<int>& bin);
+
+struct TimedResidual {
+  double t;  // s
+  Eigen::VectorXd value;
+};
+
+// Two-sided p-value of the correlation between neighbours, at most `apart` seconds from each other,
+// under whiteness. The statistic is the sum of products over its own empirical scatter, so heavy
+// tails do not bias it; it is compared with the normal distribution.
+double WhitenessOf(const std::vector<TimedResidual>& residuals, double apart);
+
+// Sums over consecutive blocks of at least `length` seconds, each at its first time.
+std::vector<TimedResidual> SumsOfBlocks(const std::vector<TimedResidual>& residuals, double length);
 
 }  // namespace trueline

@@ -8,7 +8,6 @@
 #include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/rotor_flight.h"
-#include "problems/diagnosis/whiteness.h"
 #include "problems/result/statistics.h"
 #include "problems/rotor/rotor_state.h"
 #include "problems/rotor/rotor_step.h"

@@ -1,11 +1,10 @@
-#include "problems/diagnosis/variance_shares.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
 #include "problems/common/random.h"
+#include "problems/diagnosis/misfit.h"
 
 namespace trueline {
 namespace {
