@@ -8,7 +8,6 @@
 
 #include "problems/common/atomic_file.h"
 #include "problems/diagnosis/misfit.h"
-#include "problems/diagnosis/next_steps.h"
 #include "problems/diagnosis/witness.h"
 #include "problems/effects/read_effects.h"
 #include "problems/result/csv_file.h"

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "problems/diagnosis/diagnosis.h"
 
@@ -22,5 +23,11 @@ void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& result,
 std::string DiagnosisTable(const Diagnosis& diagnosis);
 // For standard output: all that was tried, with detectable sizes.
 std::string CandidateTable(const Diagnosis& diagnosis);
+
+// On the terminal, in diagnosis.yaml and on the page: what the verdict means, in one sentence.
+std::string VerdictMeaning(const Diagnosis& diagnosis);
+
+// What a user does next, the most useful step first; never empty.
+std::vector<std::string> NextSteps(const Diagnosis& diagnosis);
 
 }  // namespace trueline
