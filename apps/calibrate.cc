@@ -4,7 +4,6 @@
 #include "apps/main/flags.h"
 #include "problems/calibration/calibration.h"
 #include "problems/calibration/calibration_config.h"
-#include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/without_poses.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/common/app.h"

@@ -12,7 +12,6 @@
 #include "problems/against/read_flights.h"
 #include "problems/against/write_comparison.h"
 #include "problems/calibration/calibration_config.h"
-#include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/common/app.h"
 #include "problems/common/error.h"

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <map>
 
+#include "problems/calibration/calibration_config.h"
 #include "problems/calibration/rotor_calibration.h"
-#include "problems/calibration/rotor_calibration_config.h"
 #include "problems/common/error.h"
 #include "tests/common/test_files.h"
 #include "tests/rotor/rotor_flight_fixture.h"

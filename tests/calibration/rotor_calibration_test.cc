@@ -5,8 +5,8 @@
 
 #include <array>
 
+#include "problems/calibration/calibration_config.h"
 #include "problems/calibration/learn_rotor_noise.h"
-#include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"

@@ -1,7 +1,7 @@
 // Whole diagnoses of simulated rotor-driven flights, to their files.
 #include <gmock/gmock.h>
 
-#include "problems/calibration/rotor_calibration_config.h"
+#include "problems/calibration/calibration_config.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/common/error.h"
 #include "problems/diagnosis/rotor_flight.h"
