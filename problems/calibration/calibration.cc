@@ -391,7 +391,8 @@ Calibration Calibrate(const FlightLog& log, CalibrationOptions options,
           [&](const auto& o) { return CalibrateWith(log, o, others, std::exchange(done, [] {})); },
       .contradicts = [&](const auto&, const auto& fit) -> std::optional<bool> {
         if (!with_model) return std::nullopt;
-        return !ConflictsWithPrior(model, fit.Reported()).empty();
+        const std::vector<Estimates> shown = IndependentEstimates(fit.Reported());
+        return !ContradictionsAmong(CompareWithModel(model, model, shown)).empty();
       },
       .without_effects =
           [](CalibrationOptions o) {
@@ -406,7 +407,8 @@ Calibration Calibrate(const FlightLog& log, CalibrationOptions options,
           },
       .compare =
           [&](const auto& open, const auto& fit) {
-            return CompareWithModel(model, open.methods.vgd.priors, fit.Reported());
+            return CompareWithModel(model, open.methods.vgd.priors,
+                                    IndependentEstimates(fit.Reported()));
           }};
   return calibration.Run(&options);
 }

@@ -46,27 +46,20 @@ void AddWithoutPrior(const ParameterEstimate& estimate, const ParameterPrior& pr
       {prior.mean + (estimate.value - prior.mean) / share, C / share + more / (share * share)});
 }
 
-void AddWithoutPrior(const std::vector<ParameterEstimate>& estimates, int parameter,
-                     const ParameterPrior& prior, Pooled* data) {
-  for (const ParameterEstimate& estimate : estimates) {
-    if (estimate.name == kTheta[parameter].name) AddWithoutPrior(estimate, prior, data);
-  }
-}
-
 // None if the data show nothing.
 std::optional<Normal> SumOf(const Pooled& data) {
   if (data.precision <= 0.0) return std::nullopt;
   return data.Sum();
 }
 
-// What windows that share no data show of one parameter.
-std::optional<Normal> ShownBy(const EstimatorRun& run, int parameter, const ParameterPrior& prior) {
+// What the estimates show of one parameter.
+std::optional<Normal> ShownBy(const std::vector<Estimates>& flight, int parameter,
+                              const ParameterPrior& prior) {
   Pooled data;
-  for (std::size_t k = run.windows.size(); k > 0;) {
-    const WindowEstimate& window = run.windows[k - 1];
-    AddWithoutPrior(window.parameters, parameter, prior, &data);
-    if (FindEstimator(run.estimator).carries_past) break;
-    k -= std::min(k, static_cast<std::size_t>(std::max(1, window.gamma)));
+  for (const Estimates& estimates : flight) {
+    for (const ParameterEstimate& estimate : estimates) {
+      if (estimate.name == kTheta[parameter].name) AddWithoutPrior(estimate, prior, &data);
+    }
   }
   return SumOf(data);
 }
@@ -84,11 +77,6 @@ Normal DistributionOf(const ParameterPrior& prior) {
   return {prior.mean, prior.sigma * prior.sigma};
 }
 
-std::vector<Statements> ContradictionsAmong(std::vector<Statements> compared) {
-  std::erase_if(compared, [](const Statements& c) { return !c.Contradict(); });
-  return compared;
-}
-
 std::string WhyNotUsed(const Statements& c, const char* contradicts) {
   return fmt::format(
       "the model's {} of {:.4g} +- {:.2g} {} {}, which alone shows {:.4g} +- {:.2g}: the model's "
@@ -104,32 +92,31 @@ double Statements::Sigmas() const {
 
 bool Statements::Contradict() const { return Sigmas() >= kContradicts; }
 
+std::vector<Estimates> IndependentEstimates(const EstimatorRun& run) {
+  std::vector<Estimates> estimates;
+  for (std::size_t k = run.windows.size(); k > 0;) {
+    const WindowEstimate& window = run.windows[k - 1];
+    estimates.push_back(window.parameters);
+    if (FindEstimator(run.estimator).carries_past) break;
+    k -= std::min(k, static_cast<std::size_t>(std::max(1, window.gamma)));
+  }
+  return estimates;
+}
+
 std::vector<Statements> CompareWithModel(const MotionPriors& model, const MotionPriors& fitted_with,
-                                         const EstimatorRun& run) {
+                                         const std::vector<Estimates>& flight) {
   std::vector<Statements> compared;
   for (int i = 0; i < kMotionSize; ++i) {
     if (!IsVehicle(i)) continue;
-    const auto flight = ShownBy(run, i, fitted_with[i]);
-    if (flight) compared.push_back(Compare(i, DistributionOf(model[i]), *flight));
+    const auto shown = ShownBy(flight, i, fitted_with[i]);
+    if (shown) compared.push_back(Compare(i, DistributionOf(model[i]), *shown));
   }
   return compared;
 }
 
-std::vector<Statements> CompareWithModel(const MotionPriors& model, const MotionPriors& fitted_with,
-                                         const std::vector<ParameterEstimate>& estimates) {
-  WindowEstimate whole;
-  whole.parameters = estimates;
-  return CompareWithModel(model, fitted_with, {"vgd", 1, {whole}, {}});
-}
-
-std::optional<Statements> CompareWithModel(const ParameterPrior& model,
-                                           const ParameterPrior& fitted_with,
-                                           const ParameterEstimate& estimate) {
-  Pooled data;
-  AddWithoutPrior(estimate, fitted_with, &data);
-  const std::optional<Normal> flight = SumOf(data);
-  if (!flight) return std::nullopt;
-  return Compare(estimate.name, estimate.unit, DistributionOf(model), *flight);
+std::vector<Statements> ContradictionsAmong(std::vector<Statements> compared) {
+  std::erase_if(compared, [](const Statements& c) { return !c.Contradict(); });
+  return compared;
 }
 
 bool ContradictTogether(const std::vector<Statements>& compared,
@@ -151,15 +138,6 @@ bool ContradictTogether(const std::vector<Statements>& compared,
   cov.diagonal().setOnes();
   const Eigen::VectorXd sigmas = difference.cwiseQuotient(unit);
   return ChiSquareTail(sigmas.dot(cov.ldlt().solve(sigmas)), static_cast<double>(n)) < chance;
-}
-
-std::vector<Statements> ConflictsWithPrior(const MotionPriors& priors, const EstimatorRun& run) {
-  return ContradictionsAmong(CompareWithModel(priors, priors, run));
-}
-
-std::vector<Statements> ConflictsWithPrior(const MotionPriors& priors,
-                                           const std::vector<ParameterEstimate>& estimates) {
-  return ContradictionsAmong(CompareWithModel(priors, priors, estimates));
 }
 
 std::vector<std::string> WhyModelIsNotUsed(const std::vector<Statements>& compared) {
@@ -185,18 +163,12 @@ std::string EffectsNotUsed(const std::vector<Effect>& effects) {
       fmt::join(words, ", "));
 }
 
-std::vector<Statements> ConflictsBetween(const MotionPriors& priors,
-                                         const std::vector<ParameterEstimate>& one,
-                                         const std::vector<ParameterEstimate>& other) {
-  const auto shown_by = [&](const std::vector<ParameterEstimate>& estimates, int parameter) {
-    Pooled data;
-    AddWithoutPrior(estimates, parameter, priors[parameter], &data);
-    return SumOf(data);
-  };
+std::vector<Statements> ConflictsBetween(const MotionPriors& priors, const Estimates& one,
+                                         const Estimates& other) {
   std::vector<Statements> compared;
   for (int i = 0; i < kMotionSize; ++i) {
     if (!IsAirframe(i)) continue;
-    const auto a = shown_by(one, i), b = shown_by(other, i);
+    const auto a = ShownBy({one}, i, priors[i]), b = ShownBy({other}, i, priors[i]);
     if (a && b) compared.push_back(Compare(i, *a, *b));
   }
   return ContradictionsAmong(std::move(compared));
@@ -227,9 +199,13 @@ std::vector<Statements> CompareWithModel(const RotorPrior& model, const RotorPri
   std::vector<Statements> compared;
   for (const int i : fitted_with.Free()) {
     if (!ChangesPrior(model, fitted_with, i)) continue;
-    const auto statements =
-        CompareWithModel(PriorOf(model, i), PriorOf(fitted_with, i), EstimateOf(flight, i));
-    if (statements) compared.push_back(*statements);
+    Pooled data;
+    const ParameterEstimate estimate = EstimateOf(flight, i);
+    AddWithoutPrior(estimate, PriorOf(fitted_with, i), &data);
+    const auto shown = SumOf(data);
+    if (!shown) continue;
+    compared.push_back(
+        Compare(estimate.name, estimate.unit, DistributionOf(PriorOf(model, i)), *shown));
   }
   return compared;
 }

@@ -26,33 +26,27 @@ struct Statements {
   bool Contradict() const;  // the difference is larger than 4 of its standard deviations
 };
 
-// What a model of other flights says of the vehicle's parameters, and what the flight alone says of
-// them by windows that share no data. Parameters that the flight does not show are left out. The
-// run was estimated with the priors `fitted_with`, which take no part.
-std::vector<Statements> CompareWithModel(const MotionPriors& model, const MotionPriors& fitted_with,
-                                         const EstimatorRun& run);
-// The same by one fit of the whole flight.
-std::vector<Statements> CompareWithModel(const MotionPriors& model, const MotionPriors& fitted_with,
-                                         const std::vector<ParameterEstimate>& estimates);
+// What the flight alone shows, by windows that share no data: the last window's parameters and
+// those of windows before it. An estimator that carries the past has but the last.
+using Estimates = std::vector<ParameterEstimate>;
+std::vector<Estimates> IndependentEstimates(const EstimatorRun& run);
 
-// The same of one constant of any model; none if the flight does not show it.
-std::optional<Statements> CompareWithModel(const ParameterPrior& model,
-                                           const ParameterPrior& fitted_with,
-                                           const ParameterEstimate& estimate);
+// What a model of other flights says of the vehicle's parameters, and what the flight alone says of
+// them. Parameters that the flight does not show are left out. Its estimates were made with the
+// priors `fitted_with`, which take no part.
+//
+// With `fitted_with` as the model this is a check of the priors by their predictive distribution
+// (Evans and Moshonov 2006). A wrong prior also moves parameters that are correlated with it, so it
+// tells whether the priors hold, and not which of them is wrong.
+std::vector<Statements> CompareWithModel(const MotionPriors& model, const MotionPriors& fitted_with,
+                                         const std::vector<Estimates>& flight);
+std::vector<Statements> ContradictionsAmong(std::vector<Statements> compared);
 
 // True if the flight contradicts a constant of the model, or all of them together. `correlations`:
 // of what the flight shows, in the order of `compared`. A flight that shows a sum of two constants,
 // and neither by itself, contradicts the sum only.
 bool ContradictTogether(const std::vector<Statements>& compared,
                         const Eigen::MatrixXd& correlations);
-
-// Vehicle parameters of which the flight contradicts the priors that it was estimated with (Evans
-// and Moshonov 2006, check of a prior by its predictive distribution). A wrong prior also moves
-// parameters that are correlated with it. So this tells whether the priors hold, and not which of
-// them is wrong.
-std::vector<Statements> ConflictsWithPrior(const MotionPriors& priors, const EstimatorRun& run);
-std::vector<Statements> ConflictsWithPrior(const MotionPriors& priors,
-                                           const std::vector<ParameterEstimate>& estimates);
 
 // What to tell the user where a model's constants are not used as a prior, because the flight
 // contradicts them. `compared`: with the flight estimated without the model. Names the constants
@@ -96,15 +90,12 @@ struct CalibrationWithModel {
 
 // Parameters of the airframe of which two flights, each alone, say different things. Both were
 // estimated with `priors`, which take no part.
-std::vector<Statements> ConflictsBetween(const MotionPriors& priors,
-                                         const std::vector<ParameterEstimate>& one,
-                                         const std::vector<ParameterEstimate>& other);
+std::vector<Statements> ConflictsBetween(const MotionPriors& priors, const Estimates& one,
+                                         const Estimates& other);
 
-// Whether a flight by rotor speeds contradicts the prior that a model of other flights gives it.
-
-// What the model says of the constants whose prior it changes, and what the flight alone says of
-// them: its fit `flight` with the prior `fitted_with`, which takes no part. Constants that the
-// flight does not show are left out.
+// Of a flight by rotor speeds: what the model says of the constants whose prior it changes, and
+// what the flight alone says of them: its fit `flight` with the prior `fitted_with`, which takes no
+// part. Constants that the flight does not show are left out.
 std::vector<Statements> CompareWithModel(const RotorPrior& model, const RotorPrior& fitted_with,
                                          const RotorBatchResult& flight);
 

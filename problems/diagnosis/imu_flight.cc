@@ -94,12 +94,14 @@ std::unique_ptr<ImuDrivenFlight> FitWithoutCauses(const FlightLog& log,
   auto flight = std::make_unique<ImuDrivenFlight>(PrepareLog(log, options));
   if (!options.priors_without_model) return flight;
   const MotionPriors model = OpenPriors(options.vgd).priors;
-  if (ConflictsWithPrior(model, flight->Estimates()).empty()) return flight;
+  if (ContradictionsAmong(CompareWithModel(model, model, {flight->Estimates()})).empty()) {
+    return flight;
+  }
   ImuDiagnosisOptions open = options;
   open.vgd.priors = *options.priors_without_model;
   flight = std::make_unique<ImuDrivenFlight>(PrepareLog(log, open));
-  *warnings =
-      WhyModelIsNotUsed(CompareWithModel(model, OpenPriors(open.vgd).priors, flight->Estimates()));
+  *warnings = WhyModelIsNotUsed(
+      CompareWithModel(model, OpenPriors(open.vgd).priors, {flight->Estimates()}));
   return flight;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "problems/calibration/conflict.h"
 #include "problems/common/error.h"
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/score_test.h"
@@ -89,8 +90,6 @@ std::optional<WindFit> TryToFitWind(const FlightLog& log, const CalibrationOptio
     return std::nullopt;
   }
 }
-
-using Estimates = std::vector<ParameterEstimate>;
 
 std::vector<MovedConstant> MovesOf(const Estimates& stated, const Estimates& without,
                                    const Estimates& with) {

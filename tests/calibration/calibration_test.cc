@@ -135,9 +135,13 @@ MotionPriors PriorsWithSigma(double sigma) {
   return priors;
 }
 
+std::vector<Statements> ConflictsWith(double prior_sigma, const EstimatorRun& run) {
+  const MotionPriors priors = PriorsWithSigma(prior_sigma);
+  return ContradictionsAmong(CompareWithModel(priors, priors, IndependentEstimates(run)));
+}
+
 std::vector<Statements> ConflictOf(double prior_sigma, double data, double data_sigma) {
-  return ConflictsWithPrior(PriorsWithSigma(prior_sigma),
-                            RunThatShows(prior_sigma, data, data_sigma));
+  return ConflictsWith(prior_sigma, RunThatShows(prior_sigma, data, data_sigma));
 }
 
 TEST(PriorConflict, ASharpPriorThatTheFlightContradictsIsReported) {
@@ -157,7 +161,7 @@ TEST(PriorConflict, AnOrdinaryDifferenceIsNone) {
 TEST(PriorConflict, EstimatesThatCarryThePastCountOnce) {
   EstimatorRun run = RunThatShows(0.03, -0.35, 0.15);
   run.estimator = "smoother";
-  EXPECT_THAT(ConflictsWithPrior(PriorsWithSigma(0.03), run), IsEmpty());
+  EXPECT_THAT(ConflictsWith(0.03, run), IsEmpty());
 }
 
 std::vector<std::string> TextsFor(double model, double model_sigma, double data) {
@@ -166,7 +170,8 @@ std::vector<std::string> TextsFor(double model, double model_sigma, double data)
     priors[0].mean = model;
     return priors;
   }();
-  return WhyModelIsNotUsed(CompareWithModel(sharp, wide, RunThatShows(0.3, data, 0.06)));
+  return WhyModelIsNotUsed(
+      CompareWithModel(sharp, wide, IndependentEstimates(RunThatShows(0.3, data, 0.06))));
 }
 
 TEST(PriorConflict, StatesWhatTheFlightShowsWithoutTheModel) {
@@ -221,8 +226,9 @@ TEST(Calibrate, StatesWhatTheFlightAloneShowsBesideAWrongModel) {
   TakeAsModel(alone, {InTheta("K_x"), InTheta("b_az")}, 0.02, &options);
   options.methods.vgd.priors[InTheta("b_az")].mean += 1.0;
   const Calibration calibration = Calibrate(log, options);
-  EXPECT_EQ(calibration.warnings, WhyModelIsNotUsed(CompareWithModel(options.methods.vgd.priors,
-                                                                     open, alone.Reported())));
+  EXPECT_EQ(calibration.warnings,
+            WhyModelIsNotUsed(CompareWithModel(options.methods.vgd.priors, open,
+                                               IndependentEstimates(alone.Reported()))));
   EXPECT_THAT(calibration.warnings, ElementsAre(HasSubstr("the model's b_az of")));
 }
 
