@@ -128,7 +128,7 @@ struct StartsRow {
   }
 };
 
-// A forecast against mocap (vgd/forecast.h).
+// A forecast against mocap (vgd/vgd.h).
 struct ForecastRow {
   std::string label;
   int gamma = 0;

@@ -4,7 +4,7 @@
 // samples has an error that does not correlate with it; a fit to it is unbiased (regression
 // calibration, Carroll et al., Measurement Error in Nonlinear Models, 2006, ch. 4), as far as the
 // speeds move as assumed. Speeds change fast in manoeuvres and slowly between them, so a bias is
-// left, which speed_noise_bias.h removes.
+// left, which WithoutSpeedNoiseBias removes.
 #pragma once
 
 #include <Eigen/Core>

@@ -20,7 +20,7 @@ namespace trueline {
 struct FlightData {
   // Throws InputError if the log has no fixes, or none within the IMU's time span. Isolated fixes
   // (a hover) make no pass: `passes` is then empty. `flight_log` must outlive this object. Fixes
-  // without gates are divided by time (continuous_fixes.h); so are mocap's positions in a log
+  // without gates are divided by time (passes.h); so are mocap's positions in a log
   // without fixes.
   FlightData(const FlightLog& flight_log, const DriveOptions& drive, const PassOptions& passes,
              const DragMeasurementOptions& drag_measurement);
