@@ -235,27 +235,25 @@ const ParameterEstimate* Named(const std::string& name, const RotorCalibration& 
 }
 
 // The pose's residual is linear in the delay.
-template <class Poor>
-void JudgeDelay(const RotorCalibration& c, const Poor& poor) {
+void JudgeDelay(const RotorCalibration& c, std::vector<std::string>* reasons) {
   constexpr double kLinear = 0.04;  // s
   const ParameterEstimate* delay = Named("pose_delay", c);
   if (delay == nullptr || std::abs(delay->value) < kLinear) return;
-  poor(fmt::format(
+  reasons->push_back(fmt::format(
       "the poses come {:.3f} s {}, more than the model allows for ({} s); add {:+.3f} s "
       "to their stamps (trueline-inspect writes the corrected map)",
       std::abs(delay->value), delay->value > 0.0 ? "late" : "early", kLinear, -delay->value));
 }
 
 // One segment lasts from a pose to the next. Errors of the forces add up over it.
-template <class Poor>
-void JudgePauses(const RotorCalibration& c, const Poor& poor) {
+void JudgePauses(const RotorCalibration& c, std::vector<std::string>* reasons) {
   constexpr double kLongest = 0.6;  // s
   double longest = 0.0;
   for (std::size_t i = 1; i < c.pose_times.size(); ++i) {
     longest = std::max(longest, c.pose_times[i] - c.pose_times[i - 1]);
   }
   if (longest < kLongest) return;
-  poor(
+  reasons->push_back(
       fmt::format("the poses pause for up to {:.2f} s: over pauses of more than {} s the errors of "
                   "the forces add up, and constants come out wrong; fit a stretch without a pause "
                   "(start, duration)",
@@ -263,37 +261,37 @@ void JudgePauses(const RotorCalibration& c, const Poor& poor) {
 }
 
 Verdict JudgeRotors(const RotorCalibration& c) {
-  Verdict verdict{"usable", {}};
-  const auto poor = [&](const std::string& reason) {
-    if (verdict.word == "usable") verdict.word = "poor";
-    verdict.reasons.push_back(reason);
-  };
+  std::vector<std::string> reasons;
   const auto identified = std::count_if(c.parameters.begin(), c.parameters.end(),
                                         [](const auto& p) { return p.status == "identified"; });
   if (!c.halves_disagree.empty()) {
-    poor(fmt::format(
+    reasons.push_back(fmt::format(
         "the halves of the flight disagree (by this many of their sigmas) on {}: the model lacks "
         "something; the intervals of these constants are widened until the halves agree within two",
         fmt::join(c.halves_disagree, ", ")));
   }
   if (c.chi_square > kPoorFit) {
-    poor(
+    reasons.push_back(
         fmt::format("residuals are {:.1f} times what the noise explains; set learn_noise: true or "
                     "correct the noise",
                     c.chi_square));
   }
   for (const ParameterEstimate& p : c.parameters) {
-    if (p.status == "at_bound") poor(p.name + " ended on the bound of physical inertias");
+    if (p.status == "at_bound") {
+      reasons.push_back(p.name + " ended on the bound of physical inertias");
+    }
     if (p.name == "motor_lag" && !(p.value > 0.0)) {
-      poor(
+      reasons.emplace_back(
           "motor_lag is not above 0 s: the commands are stamped later than the motors respond; "
           "check clocks");
     }
   }
-  JudgeDelay(c, poor);
-  JudgePauses(c, poor);
-  for (const std::string& text : LargeBiases(c)) poor(text);
-  for (const std::string& fault : FaultsOfPredictions(c.predictions)) poor(fault);
+  JudgeDelay(c, &reasons);
+  JudgePauses(c, &reasons);
+  for (const std::string& text : LargeBiases(c)) reasons.push_back(text);
+  for (const std::string& fault : FaultsOfPredictions(c.predictions)) reasons.push_back(fault);
+  Verdict verdict{"usable", {}};
+  AddReasons(reasons, &verdict);
   if (!c.batch.converged || identified < 3) {
     verdict.word = "unusable";
     verdict.reasons.emplace_back(

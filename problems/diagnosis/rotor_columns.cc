@@ -1,5 +1,14 @@
 #include "problems/diagnosis/rotor_columns.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "problems/chain/bounded_step.h"
+#include "problems/diagnosis/rotor_flight.h"
+
 namespace trueline {
 
 LaggedRotorData::LaggedRotorData(const FlightLog& log, int rotors, RotorDataOptions options)
@@ -123,6 +132,171 @@ RotorColumns OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>
     }
   };
   return columns;
+}
+
+// The linearised fit of the rotor-driven flight: its columns, normal equations and steps; and the
+// noise that hides effects.
+
+namespace {
+
+constexpr double kRotorCluster = 1.0;  // s, over which residuals may be correlated
+constexpr double kLocal = 0.1;         // share of a parameter's step, for slopes at a value
+
+// The size of each parameter that one unit of a column at this value stands for.
+Eigen::VectorXd UnitsAt(const Candidate& candidate, const Eigen::VectorXd& value) {
+  const double share = value == candidate.Neutral() ? 1.0 : kLocal;
+  Eigen::VectorXd units(candidate.size());
+  for (int i = 0; i < units.size(); ++i) units[i] = share * candidate.info->parameters[i].step;
+  return units;
+}
+
+}  // namespace
+
+std::vector<RotorVariant> RotorDrivenFlight::VariantsFor(const Candidate& candidate,
+                                                         const Eigen::VectorXd& value,
+                                                         const std::vector<Effect>& others) const {
+  const Eigen::VectorXd moves = UnitsAt(candidate, value);
+  std::vector<RotorVariant> variants;
+  for (int i = 0; i < value.size(); ++i) {
+    std::vector<Effect> effects = others;
+    effects.push_back(candidate.At(value + moves[i] * Eigen::VectorXd::Unit(value.size(), i)));
+    variants.push_back(VariantOf(log_, options_, *lagged_, *fit_.setup, effects));
+  }
+  return variants;
+}
+
+std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
+  std::vector<RotorVariant> variants;
+  for (std::size_t k = 0; k < fit_.found.size(); ++k) {
+    std::vector<Effect> others = EffectsOf(fit_.found);
+    others.erase(others.begin() + static_cast<long>(k));
+    for (RotorVariant& v : VariantsFor(fit_.found[k].candidate, fit_.found[k].value, others)) {
+      variants.push_back(std::move(v));
+    }
+  }
+  return variants;
+}
+
+RotorNormal RotorDrivenFlight::NormalWith(const RotorColumns& columns) const {
+  return {fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch, columns, kRotorCluster};
+}
+
+const RotorNormal& RotorDrivenFlight::Normal() const {
+  if (!normal_) normal_ = NormalWith(ColumnsOf(*fit_.setup, VariantsOfFound(), nullptr));
+  return *normal_;
+}
+
+int RotorDrivenFlight::clusters() const { return ClusterCount(*fit_.setup->data, kRotorCluster); }
+
+bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
+  constexpr double kSmall = 0.1;  // sigmas
+  const RotorWeights weights = fit_.weights.By();
+  const RotorNormal normal(fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
+                           ColumnsOf(*fit_.setup, VariantsOfFound(), nullptr), kRotorCluster,
+                           &weights);
+  Eigen::VectorXd lowest = Eigen::VectorXd::Constant(normal.border(), -INFINITY);
+  int at = constants();
+  for (const Found& f : *found) {
+    const Eigen::VectorXd units = UnitsAt(f.candidate, f.value);
+    for (int i = 0; i < f.value.size(); ++i, ++at) {
+      const EffectParameterInfo& info = f.candidate.info->parameters[i];
+      if (!info.either_sign) lowest[at] = (1e-3 * info.step - f.value[i]) / units[i];
+    }
+  }
+  const Eigen::VectorXd highest = Eigen::VectorXd::Constant(normal.border(), INFINITY);
+  const Eigen::VectorXd z = BoundedStep(normal.M(), normal.b(), lowest, highest);
+  const Eigen::VectorXd sigma = normal.Covariance().diagonal().cwiseSqrt();
+  bool settled = true;
+  at = constants();
+  for (Found& f : *found) {
+    const Eigen::VectorXd units = UnitsAt(f.candidate, f.value);
+    for (int i = 0; i < f.value.size(); ++i, ++at) {
+      f.value[i] += z[at] * units[i];
+      settled = settled && std::abs(z[at]) < kSmall * sigma[at];
+    }
+  }
+  return settled;
+}
+
+std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
+    const std::vector<Candidate>& candidates, bool terms) const {
+  std::vector<RotorVariant> variants;
+  if (!candidates.empty() || terms) variants = VariantsOfFound();
+  const std::vector<Effect> effects = EffectsOf(fit_.found);
+  for (const Candidate& c : candidates) {
+    for (RotorVariant& v : VariantsFor(c, c.Neutral(), effects)) variants.push_back(std::move(v));
+  }
+  const TermScope scope{drive(), log_, terms ? Motions() : std::vector<TermMotion>()};
+  const std::vector<TermGroup> groups = terms ? TermGroups(scope) : std::vector<TermGroup>();
+  const RotorColumns of_terms = OpenRotorTerms(*fit_.setup, TermsOf(groups));
+  const bool as_fitted = candidates.empty() && !terms;
+  auto fit = std::make_unique<Linearisation>(
+      as_fitted
+          ? Normal()
+          : NormalWith(ColumnsOf(*fit_.setup, std::move(variants), terms ? &of_terms : nullptr)));
+  fit->nuisances = Range(0, constants());
+  int at = constants();
+  const auto next = [&at](int count) { return Range(std::exchange(at, at + count), count); };
+  for (const Found& f : fit_.found) {
+    fit->found.push_back({next(f.candidate.size()), UnitsAt(f.candidate, f.value)});
+  }
+  for (const Candidate& c : candidates) {
+    fit->candidates.push_back({next(c.size()), UnitsAt(c, c.Neutral())});
+  }
+  for (const TermGroup& group : groups) {
+    fit->terms.push_back(
+        TermColumnsOf(group, scope.motions, next(static_cast<int>(group.terms.size()))));
+  }
+  return fit;
+}
+
+std::vector<TermMotion> RotorDrivenFlight::Motions() const {
+  return MotionsOf(*fit_.setup, fit_.batch);
+}
+
+std::unique_ptr<Linearisation> RotorDrivenFlight::LineariseTerms(
+    const std::vector<TermForm>& terms) const {
+  const RotorColumns columns = OpenRotorTerms(*fit_.setup, terms);
+  std::vector<RotorVariant> variants = VariantsOfFound();
+  const int modelled = constants() + static_cast<int>(variants.size());
+  auto fit = std::make_unique<Linearisation>(
+      NormalWith(ColumnsOf(*fit_.setup, std::move(variants), &columns)));
+  fit->nuisances = Range(0, modelled);
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    fit->terms.push_back({terms[i].Name(), {modelled + static_cast<int>(i)}, {}});
+  }
+  return fit;
+}
+
+std::vector<std::string> RotorDrivenFlight::ExtraordinaryNoise() const {
+  constexpr double kTimesStated = 3.0;
+  constexpr double kForce = 0.5;  // m/s^2/sqrt(Hz)
+  constexpr double kTurn = 10.0;  // rad/s^2/sqrt(Hz)
+  constexpr double kDrift = 5.0;  // rad/s^2
+  const RotorNoise& learned = options_.noise;
+  std::vector<std::string> findings;
+  const auto sensor = [&](double is, double said, const std::string& what) {
+    if (is > kTimesStated * said) {
+      findings.push_back(fmt::format("{} that scatters {:.1f} times as stated", what, is / said));
+    }
+  };
+  sensor(learned.accel, stated_.accel, "an accelerometer");
+  sensor(learned.gyro, stated_.gyro, "a gyro");
+  sensor(learned.position, stated_.position, "a position");
+  sensor(learned.attitude, stated_.attitude, "an attitude");
+  if (learned.force_density > kForce) {
+    findings.push_back(
+        fmt::format("unmodelled white forces of {:.2f} m/s^2/sqrt(Hz)", learned.force_density));
+  }
+  if (learned.angular_density > kTurn) {
+    findings.push_back(fmt::format("unmodelled white moments of {:.1f} rad/s^2/sqrt(Hz)",
+                                   learned.angular_density));
+  }
+  if (learned.angular_drift > kDrift) {
+    findings.push_back(fmt::format("unmodelled moments that last, of {:.1f} rad/s^2 for {:.1f} s",
+                                   learned.angular_drift, learned.angular_drift_time));
+  }
+  return findings;
 }
 
 }  // namespace trueline
