@@ -344,8 +344,6 @@ std::pair<double, double> SegmentChain::ScaledBounds(int parameter) const {
   return {(prior.lower - prior.mean) / prior.sigma, (prior.upper - prior.mean) / prior.sigma};
 }
 
-// How a chain of segments is minimised: by its own normal equations, or by Ceres.
-
 // A chain as a problem for MinimiseInTrustRegion.
 class SegmentChain::Minimiser {
  public:
