@@ -134,9 +134,6 @@ RotorColumns OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>
   return columns;
 }
 
-// The linearised fit of the rotor-driven flight: its columns, normal equations and steps; and the
-// noise that hides effects.
-
 namespace {
 
 constexpr double kRotorCluster = 1.0;  // s, over which residuals may be correlated
