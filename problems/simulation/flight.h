@@ -1,13 +1,76 @@
 // The loop of every simulated flight: the drone is flown from one IMU sample to the next.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <optional>
+#include <vector>
 
+#include "problems/common/units.h"
 #include "problems/simulation/ahrs.h"
-#include "problems/simulation/trajectory.h"
+#include "problems/simulation/airframe.h"
 
 namespace trueline::simulation {
+
+// The true flight, stored at the IMU's rate and evaluated at any time.
+
+struct TruthSample {
+  double t;             // s, from the start of the log; negative in the warm-up
+  Vector3d p_E, v_E;    // m, m/s
+  Quaterniond q_E_B;    // takes a vector in B to E
+  Vector3d w_B, dw_B;   // rad/s, rad/s^2
+  Vector3d f_B;         // m/s^2, specific force at the origin of B
+  Vector3d a_E;         // m/s^2, acceleration
+  RotorArray rotors;    // rad/s
+  RotorArray command;   // rad/s, held until the next sample
+  double thrust;        // m/s^2, specific thrust
+  Quaterniond q_Ep_I;   // the AHRS's attitude, without latency
+  Vector3d accel_walk;  // m/s^2, random walk of the accelerometer's bias
+};
+
+struct TruePose {
+  Vector3d p_E;
+  Quaterniond q_E_B;
+  Quaterniond q_Ep_I;
+};
+
+// Samples evenly spaced in time.
+class Trajectory {
+ public:
+  explicit Trajectory(double rate) : rate_(rate) {}
+  void Add(const TruthSample& sample) { samples_.push_back(sample); }
+
+  const std::vector<TruthSample>& samples() const { return samples_; }
+  double rate() const { return rate_; }
+  double start() const { return samples_.front().t; }
+  double end() const { return samples_.back().t; }
+  // Position by cubic Hermite interpolation, attitudes by slerp; constant before start and after
+  // end.
+  TruePose At(double t) const;
+  // The sample nearest to `t`.
+  const TruthSample& Nearest(double t) const;
+
+ private:
+  double rate_;
+  std::vector<TruthSample> samples_;
+};
+
+// Path errors, accumulated during the flight.
+struct PathErrors {
+  double squares = 0.0, largest = 0.0;
+  int count = 0;
+
+  void Note(double error) {
+    squares += error * error;
+    largest = std::max(largest, error);
+    ++count;
+  }
+  double Rms() const { return std::sqrt(squares / std::max(1, count)); }
+};
+
+// Times of a stream of `rate` Hz from 0 to `duration` s.
+std::vector<double> StreamTimes(double rate, double duration);
 
 // What acts on the body beside its rotors and the effects.
 struct Disturbance {

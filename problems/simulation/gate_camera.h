@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "problems/simulation/trajectory.h"
+#include "problems/simulation/flight.h"
 
 namespace trueline::simulation {
 

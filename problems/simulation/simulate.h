@@ -6,7 +6,7 @@
 
 #include "problems/log/flight_log.h"
 #include "problems/simulation/config.h"
-#include "problems/simulation/trajectory.h"
+#include "problems/simulation/flight.h"
 
 namespace trueline {
 

@@ -8,7 +8,6 @@
 #include "problems/simulation/flight.h"
 #include "problems/simulation/flown_terms.h"
 #include "problems/simulation/streams.h"
-#include "problems/simulation/summary.h"
 #include "problems/simulation/trajectory_tracker.h"
 #include "problems/simulation/unnamed_forces.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "problems/log/flight_log.h"
-#include "problems/simulation/trajectory.h"
+#include "problems/simulation/flight.h"
 
 namespace trueline::simulation {
 
