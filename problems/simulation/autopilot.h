@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 
 #include "problems/simulation/airframe.h"
-#include "problems/simulation/path.h"
+#include "problems/simulation/course.h"
 
 namespace trueline::simulation {
 
