@@ -13,7 +13,7 @@
 #include "problems/common/result_folder.h"
 #include "problems/common/units.h"
 #include "problems/log/native_log.h"
-#include "problems/simulation/rotor_flight_config.h"
+#include "problems/simulation/simulate_rotor_flight.h"
 #include "problems/simulation/truth_file.h"
 #include "problems/simulation/variant.h"
 

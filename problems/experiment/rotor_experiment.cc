@@ -22,8 +22,7 @@
 #include "problems/observability/bound_design.h"
 #include "problems/result/yaml_text.h"
 #include "problems/rotor/rotor_batch.h"
-#include "problems/simulation/flown.h"
-#include "problems/simulation/rotor_flight_config.h"
+#include "problems/simulation/simulate_rotor_flight.h"
 #include "problems/trajectory/limits.h"
 #include "problems/trajectory/trajectory_config.h"
 

@@ -12,7 +12,7 @@
 #include "problems/common/parallel.h"
 #include "problems/common/random.h"
 #include "problems/observability/evolve.h"
-#include "problems/simulation/flown.h"
+#include "problems/simulation/simulate_rotor_flight.h"
 
 namespace trueline {
 namespace {

@@ -11,7 +11,7 @@
 #include "problems/observability/assessment.h"
 #include "problems/observability/e2log.h"
 #include "problems/rotor/rotor_ekf.h"
-#include "problems/simulation/flown.h"
+#include "problems/simulation/simulate_rotor_flight.h"
 #include "problems/trajectory/limits.h"
 
 namespace trueline {

@@ -8,7 +8,7 @@
 #include "problems/calibration/considered.h"
 #include "problems/common/yaml_archive.h"
 #include "problems/observability/sensor_config.h"
-#include "problems/simulation/rotor_flight_config.h"
+#include "problems/simulation/simulate_rotor_flight.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {

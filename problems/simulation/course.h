@@ -10,7 +10,6 @@
 namespace trueline::simulation {
 
 // A closed path in space with a speed profile, as a table over arc length.
-
 // The reference at one arc length. Frame E (NED), m, m/s, m/s^2, rad, rad/s.
 struct PathPoint {
   Eigen::Vector3d p_E = Eigen::Vector3d::Zero();

@@ -14,7 +14,6 @@
 namespace trueline::simulation {
 
 // The true flight, stored at the IMU's rate and evaluated at any time.
-
 struct TruthSample {
   double t;             // s, from the start of the log; negative in the warm-up
   Vector3d p_E, v_E;    // m, m/s

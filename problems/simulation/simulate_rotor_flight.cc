@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "cost_functions/models/rigid_body.h"
 #include "problems/common/error.h"
 #include "problems/common/random.h"
 #include "problems/simulation/config_values.h"
@@ -10,6 +11,7 @@
 #include "problems/simulation/streams.h"
 #include "problems/simulation/trajectory_tracker.h"
 #include "problems/simulation/unnamed_forces.h"
+#include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {
 namespace {
@@ -271,6 +273,63 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
   simulation::ReadActingEffects(map, flight, &config->effects);
   config->forces = simulation::ReadUnnamedForces(map, &config->terms);
   map.Finish();
+}
+
+bool IsRotorFlight(const YamlMap& map) { return map.Has("trajectory"); }
+
+RotorSimulation ReadRotorFlightVehicle(const YamlMap& map) {
+  const double gravity = map.Get<double>("gravity", 9.81);
+  RotorSimulation simulation(ReadRotorVehicle(map.Child("vehicle"), gravity));
+  const YamlMap biases = map.ChildOrEmpty("biases");
+  const Eigen::Vector3d accel = biases.GetVector3("accel", Eigen::Vector3d::Zero());
+  const Eigen::Vector3d gyro = biases.GetVector3("gyro", Eigen::Vector3d::Zero());
+  biases.Finish();
+  for (int i = 0; i < 3; ++i) {
+    simulation.vehicle.parameters[RotorDrivenModel::kAccelBias + i] = accel[i];
+    simulation.vehicle.parameters[RotorDrivenModel::kGyroBias + i] = gyro[i];
+  }
+  simulation.limits = ReadLimits(map.ChildOrEmpty("limits"));
+  ReadRotorSimulation(map.ChildOrEmpty("simulation"), &simulation);
+  return simulation;
+}
+
+RotorFlightConfig ReadRotorFlight(const YamlMap& map) {
+  const RotorSimulation simulation = ReadRotorFlightVehicle(map);
+  PiecewisePolynomial path =
+      ReadTrajectory(map.Child("trajectory"), simulation.vehicle, simulation.limits);
+  map.Finish();
+  const std::string warning =
+      LimitWarning(map.file(), RotorFlight(simulation.vehicle, path), simulation.limits);
+  return {simulation, path, warning};
+}
+
+Flown Fly(const RotorSimulation& simulation, const PiecewisePolynomial& path, std::uint64_t seed) {
+  Flown flown;
+  flown.log = SimulateRotorFlight(simulation, path, seed, &flown.truth);
+  flown.data = MakeRotorData(flown.log, simulation.vehicle.model.num_rotors(), {});
+  for (const RotorPose& pose : flown.data.poses) {
+    flown.nodes.push_back({flown.truth.states[std::lround(pose.t * simulation.imu_rate)]});
+  }
+  return flown;
+}
+
+RotorAeroModel ModelOf(const RotorSimulation& simulation) {
+  const RotorDrivenModel& model = simulation.vehicle.model;
+  return RotorAeroModel(model.rotors(), model.gravity());
+}
+
+RotorPrior DrawGuess(const RotorPrior& prior, const RotorConstants& truth, std::uint64_t seed) {
+  RotorPrior drawn = prior;
+  Random random(seed, "first guess");
+  const int inertia = FindRotorConstant("I_x");
+  do {
+    for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
+      const double error = prior.sigma[i] * random.Normal();
+      if (prior.sigma[i] > 0.0) drawn.mean[i] = truth[i] + error;
+    }
+  } while (!IsPhysicalInertia(drawn.mean.segment<3>(inertia)) ||
+           !(drawn.mean[kMassConstant] > 0.0));
+  return drawn;
 }
 
 }  // namespace trueline

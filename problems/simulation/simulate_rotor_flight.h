@@ -9,6 +9,7 @@
 
 #include "problems/effects/effect.h"
 #include "problems/log/flight_log.h"
+#include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_state.h"
 #include "problems/rotor/rotor_vehicle.h"
 #include "problems/simulation/config.h"
@@ -71,5 +72,39 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
 // log_rotors, effects, forces; vehicle and limits are read elsewhere. Throws InputError naming
 // file, line and key.
 void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config);
+
+// A rotor-driven flight from its YAML (config/rotors/): vehicle, trajectory, sensors, effects.
+struct RotorFlightConfig {
+  RotorSimulation simulation;
+  PiecewisePolynomial path;
+  std::string warning;  // of a path that the vehicle can't follow within its limits; else empty
+};
+
+// True if a configuration of trueline-simulate has `trajectory`: it asks for such a flight.
+bool IsRotorFlight(const YamlMap& map);
+// Keys gravity, vehicle, biases, limits, simulation and trajectory (as trueline-observe). Throws
+// InputError naming file, line and key.
+RotorFlightConfig ReadRotorFlight(const YamlMap& map);
+
+// Reads gravity, vehicle, biases, limits and simulation; the caller reads the other keys.
+RotorSimulation ReadRotorFlightVehicle(const YamlMap& map);
+
+// A simulated flight: the estimators' inputs and the truth that scores them.
+struct Flown {
+  FlightLog log;
+  RotorTruth truth;
+  RotorData data;
+  std::vector<RotorNode> nodes;  // the truth at each pose
+};
+
+// Throws InputError if the vehicle departs from the trajectory.
+Flown Fly(const RotorSimulation& simulation, const PiecewisePolynomial& path, std::uint64_t seed);
+
+// The estimators' model: without the simulation's additional effects.
+RotorAeroModel ModelOf(const RotorSimulation& simulation);
+
+// A first guess, drawn from `prior` about the true constants and limited to physical bodies.
+// Constants that the prior states as known keep its values.
+RotorPrior DrawGuess(const RotorPrior& prior, const RotorConstants& truth, std::uint64_t seed);
 
 }  // namespace trueline

@@ -11,7 +11,7 @@
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
 #include "problems/result/render.h"
-#include "problems/simulation/rotor_flight_config.h"
+#include "problems/simulation/simulate_rotor_flight.h"
 #include "problems/simulation/streams.h"
 #include "tests/common/test_files.h"
 #include "tests/rotor/rotor_flight_fixture.h"

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "problems/observability/run_design.h"
-#include "problems/simulation/flown.h"
+#include "problems/simulation/simulate_rotor_flight.h"
 
 namespace trueline {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "problems/calibration/rotor_calibration.h"
 #include "problems/rotor/rotor_batch.h"
-#include "problems/simulation/flown.h"
+#include "problems/simulation/simulate_rotor_flight.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {

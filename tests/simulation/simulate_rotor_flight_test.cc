@@ -8,8 +8,6 @@
 #include "problems/common/error.h"
 #include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_step.h"
-#include "problems/simulation/flown.h"
-#include "problems/simulation/rotor_flight_config.h"
 #include "problems/simulation/truth_file.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
