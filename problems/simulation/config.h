@@ -161,7 +161,7 @@ struct EffectSetting {
   std::map<std::string, double> values;
 };
 
-// One entry of `forces:` (unnamed_forces.h).
+// One entry of `forces:` (forces.h).
 struct UnnamedForce {
   int axis = 0;                                     // x, y, z of B, then of E
   std::vector<int> factors;                         // of velocity and turn rate in B
@@ -195,7 +195,7 @@ struct SimulationConfig {
   simulation::SensorSettings sensors = simulation::DefaultSensors();
   std::vector<simulation::EffectSetting> effects;
   std::vector<simulation::UnnamedForce> forces;
-  std::vector<Effect> terms;  // of the open catalogue (flown_terms.h)
+  std::vector<Effect> terms;  // of the open catalogue (forces.h)
   std::map<std::string, simulation::Range> randomise;
 };
 

@@ -6,7 +6,7 @@
 
 #include "problems/simulation/config_values.h"
 #include "problems/simulation/effects.h"
-#include "problems/simulation/unnamed_forces.h"
+#include "problems/simulation/forces.h"
 #include "problems/simulation/variant.h"
 
 namespace trueline {

@@ -6,10 +6,9 @@
 #include "problems/simulation/autopilot.h"
 #include "problems/simulation/course.h"
 #include "problems/simulation/flight.h"
-#include "problems/simulation/flown_terms.h"
+#include "problems/simulation/forces.h"
 #include "problems/simulation/gate_camera.h"
 #include "problems/simulation/streams.h"
-#include "problems/simulation/unnamed_forces.h"
 
 namespace trueline {
 namespace simulation {

@@ -7,10 +7,9 @@
 #include "problems/common/random.h"
 #include "problems/simulation/config_values.h"
 #include "problems/simulation/flight.h"
-#include "problems/simulation/flown_terms.h"
+#include "problems/simulation/forces.h"
 #include "problems/simulation/streams.h"
 #include "problems/simulation/trajectory_tracker.h"
-#include "problems/simulation/unnamed_forces.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {

@@ -35,7 +35,7 @@ struct RotorSimulation {
   Eigen::Vector3d drag = Eigen::Vector3d::Zero();  // 1/s, K of f_B = K v_B
   double motor_lag = 0.02;                         // s
   double rotor_inertia = 0.0;                      // kg m^2, of each rotor about its axis
-  double slow_moments = 0.0;  // rad/s^2, rms of each axis (simulation/unnamed_forces.h)
+  double slow_moments = 0.0;  // rad/s^2, rms of each axis (simulation/forces.h)
   double speed_noise = 0.0;   // share of each speed in rotors.csv, of one sample
   double speeds_late = 0.0;   // s, rotors.csv is stamped after its samples were taken
   double gyro_cutoff = 0.0;   // Hz, of the logged gyroscope's low-pass; 0: none
@@ -47,7 +47,7 @@ struct RotorSimulation {
   bool log_rotors = true;                          // false: no rotors.csv
   std::vector<simulation::EffectSetting> effects;  // of the catalogue, such as rotor_loss
   std::vector<simulation::UnnamedForce> forces;
-  std::vector<Effect> terms;  // of the open catalogue (flown_terms.h)
+  std::vector<Effect> terms;  // of the open catalogue (forces.h)
 };
 
 // States at the times of the IMU samples.

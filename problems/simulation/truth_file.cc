@@ -7,7 +7,7 @@
 #include "problems/common/app.h"
 #include "problems/effects/read_effects.h"
 #include "problems/result/yaml_text.h"
-#include "problems/simulation/unnamed_forces.h"
+#include "problems/simulation/forces.h"
 #include "problems/simulation/variant.h"
 
 namespace trueline {

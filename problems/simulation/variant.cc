@@ -5,7 +5,7 @@
 #include "cost_functions/models/imu_driven_model.h"
 #include "problems/common/error.h"
 #include "problems/common/random.h"
-#include "problems/simulation/flown_terms.h"
+#include "problems/simulation/forces.h"
 
 namespace trueline {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "problems/effects/effect.h"
 #include "problems/effects/read_effects.h"
-#include "problems/simulation/flown_terms.h"
+#include "problems/simulation/forces.h"
 #include "problems/vgd/term_series.h"
 #include "tests/common/test_files.h"
 

@@ -1,7 +1,7 @@
 // Eddies have the size asked for, and change slowly.
 #include <gtest/gtest.h>
 
-#include "problems/simulation/unnamed_forces.h"
+#include "problems/simulation/forces.h"
 
 namespace trueline::simulation {
 namespace {

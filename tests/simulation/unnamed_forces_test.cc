@@ -1,11 +1,10 @@
 // Forces of the simulator that no effect states.
-#include "problems/simulation/unnamed_forces.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
+#include "problems/simulation/forces.h"
 #include "tests/common/test_files.h"
 
 namespace trueline::simulation {

@@ -1,7 +1,10 @@
-// Forces that no effect of the catalogue states, for tests of the diagnosis: they go with how the
-// vehicle moves, or act at a place.
+// The entries of `forces:` that the simulator flies. Terms of the open catalogue have the names of
+// model.yaml (problems/effects/term.h) and the simulator's own physics. Forces that no effect of
+// the catalogue states, for tests of the diagnosis, go with how the vehicle moves, or act at a
+// place.
 //
 //   forces:
+//     - {id: term, where: force_x, with: q*v_x, size: 0.1, unit: m/s^2 for each rad/s m/s}
 //     - {along: x_B, goes_with: pitch rate, size: 0.5}      # m/s^2 for each rad/s
 //     - {along: y_B, goes_with: yaw rate * forward speed, size: 0.1}
 //     - {along: east, place: [8, 2], radius: 2, size: 1.5}  # m; half the size at the radius
@@ -17,11 +20,19 @@
 #include "problems/common/strict_yaml.h"
 #include "problems/effects/effect.h"
 #include "problems/simulation/airframe.h"
+#include "problems/simulation/effects.h"
 
 namespace trueline::simulation {
 
+// Throws InputError for a term that is not known, or that cannot be flown: an error of a sensor,
+// and what goes with the battery's voltage.
+Effect ReadFlownTerm(const YamlMap& entry);
+
+// Forces and angular accelerations, computed at every step of the integration.
+void AddTerms(const std::vector<Effect>& terms, Stages* stages);
+
 // Throws InputError for an unknown axis or variable. Entries with an `id: term` are those of a
-// model.yaml (flown_terms.h); they go to `terms`.
+// model.yaml; they go to `terms`.
 std::vector<UnnamedForce> ReadUnnamedForces(const YamlMap& map, std::vector<Effect>* terms);
 
 // An entry of `forces`, as it is read.
