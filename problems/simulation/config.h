@@ -1,6 +1,6 @@
 // Configuration of a simulated flight: course, vehicle, autopilot, air, sensors, effects. SI units
 // and radians; the defaults are a Bebop-like drone with ordinary sensors. The YAML keys are the
-// names of the members (config_reader.cc), each with its unit here.
+// names of the members (config.cc), each with its unit here.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/common/strict_yaml.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/effects/effect.h"
 #include "problems/log/flight_log.h"
 
@@ -57,6 +57,19 @@ struct VehicleConfig {
   double max_rotor_speed = 1300.0;                 // rad/s
   Vector3d drag = {-0.50, -0.55, -0.10};           // 1/s: K_x, K_y, K_z of f_B = K v_B
   std::optional<BladeConfig> blades;               // left out: thrust k_f omega^2, k_m omega^2
+};
+
+// Motors of a rotor-driven flight, commanded as a share of the battery's voltage.
+struct MotorDriveConfig {
+  double full_speed = 2200.0;    // rad/s, at full command and nominal voltage
+  double nominal_voltage = 7.4;  // V
+  double idle = 0.15;            // share of full speed at a command just above zero
+  double voltage = 1.0;          // exponent with which speed follows voltage
+  double battery = 7.8;          // V, at the start and without load
+  double drop = 0.02;            // V/s
+  double sag = 0.4;              // V, at full command on all rotors
+  double battery_sigma = 0.005;  // V, of a reading
+  double battery_rate = 10.0;    // Hz
 };
 
 struct AutopilotConfig {
@@ -174,6 +187,18 @@ struct UnnamedForce {
 struct Range {
   double low, high;
 };
+
+// The sections of a configuration, each described once.
+void Serialize(YamlArchive* a, MotorDriveConfig* drive);
+void Serialize(YamlArchive* a, BladeConfig* blades);
+void Serialize(YamlArchive* a, AutopilotConfig* autopilot);
+void Serialize(YamlArchive* a, TurbulenceConfig* turbulence);
+void Serialize(YamlArchive* a, ImuConfig* imu);
+void Serialize(YamlArchive* a, AhrsConfig* ahrs);
+void Serialize(YamlArchive* a, DetectorConfig* detector);
+void Serialize(YamlArchive* a, GnssConfig* gnss);
+// Each sensor has a section of its own; all numbers are zero or above.
+void Serialize(YamlArchive* a, SensorSettings* sensors);
 
 }  // namespace simulation
 

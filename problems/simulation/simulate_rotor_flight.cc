@@ -5,7 +5,6 @@
 #include "cost_functions/models/rigid_body.h"
 #include "problems/common/error.h"
 #include "problems/common/random.h"
-#include "problems/simulation/config_values.h"
 #include "problems/simulation/flight.h"
 #include "problems/simulation/forces.h"
 #include "problems/simulation/streams.h"
@@ -99,6 +98,33 @@ ChannelsSample Channels(double t, const RotorArray& values) {
   return {FromSeconds(t), {values.begin(), values.end()}};
 }
 
+// Motors whose speed controller knows their curve at the nominal voltage but not the battery, whose
+// voltage falls with charge and under load. Written independently of the estimators' motor model.
+class MotorDrive {
+ public:
+  explicit MotorDrive(const simulation::MotorDriveConfig& config) : config_(config) {}
+
+  // Commands (0 to 1) that give the rotors `speeds` (rad/s) at the nominal voltage.
+  RotorArray CommandFor(const RotorArray& speeds) const {
+    const RotorArray share = speeds / config_.full_speed;
+    return ((share - config_.idle) / (1.0 - config_.idle)).max(0.0).min(1.0);
+  }
+  // V at time `t` (s) under these commands.
+  double Voltage(double t, const RotorArray& command) const {
+    return config_.battery - config_.drop * t - config_.sag * command.mean();
+  }
+  // Steady-state rotor speeds (rad/s).
+  RotorArray SettledSpeed(double t, const RotorArray& command) const {
+    const double strength =
+        std::pow(Voltage(t, command) / config_.nominal_voltage, config_.voltage);
+    const RotorArray turning = (command > 0.0).cast<double>();
+    return turning * strength * config_.full_speed * (config_.idle * (1.0 - command) + command);
+  }
+
+ private:
+  simulation::MotorDriveConfig config_;
+};
+
 // Flies along the trajectory by the vehicle's own sensors, and logs these and the motors.
 class TrajectoryPilot {
  public:
@@ -141,7 +167,7 @@ class TrajectoryPilot {
   }
   // Speeds that the motors reach for the wanted ones; logs commands, and the battery at its rate.
   RotorArray DriveMotors(const Instant& now, const RotorArray& wanted) {
-    const simulation::MotorDrive drive(*config_.motors);
+    const MotorDrive drive(*config_.motors);
     const RotorArray command = drive.CommandFor(wanted);
     log_->motors.push_back(Channels(now.t, command));
     if (IsDue(now.k, config_.motors->battery_rate * now.dt, 0.0)) {

@@ -13,7 +13,6 @@
 #include "problems/rotor/rotor_state.h"
 #include "problems/rotor/rotor_vehicle.h"
 #include "problems/simulation/config.h"
-#include "problems/simulation/motor_drive.h"
 #include "problems/trajectory/limits.h"
 
 namespace trueline {

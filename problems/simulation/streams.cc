@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "problems/common/yaml_archive.h"
-#include "problems/simulation/config_values.h"
 #include "problems/simulation/noise.h"
 
 namespace trueline::simulation {

@@ -1,12 +1,19 @@
-// YAML -> course, vehicle, autopilot, air, sensors.
-#include "problems/simulation/config_values.h"
+// YAML -> SimulationConfig. Every key but `course` may be left out and keeps the default of
+// config.h.
+#include "problems/simulation/config.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 
 #include "problems/log/log_yaml.h"
 #include "problems/simulation/course.h"
+#include "problems/simulation/effects.h"
+#include "problems/simulation/forces.h"
+#include "problems/simulation/variant.h"
 
-namespace trueline::simulation {
+namespace trueline {
+namespace simulation {
 namespace {
 
 CoursePoint ReadPoint(const YamlMap& map, bool spline, const CoursePoint& usual) {
@@ -23,8 +30,6 @@ CoursePoint ReadPoint(const YamlMap& map, bool spline, const CoursePoint& usual)
   map.Finish();
   return point;
 }
-
-}  // namespace
 
 CourseConfig ReadCourse(const YamlMap& map) {
   CourseConfig course;
@@ -51,8 +56,6 @@ CourseConfig ReadCourse(const YamlMap& map) {
   return course;
 }
 
-namespace {
-
 // An X of four, numbered front right, back left, front left, back right; hover at 800 rad/s.
 std::vector<Rotor> DefaultRotors(double mass, double gravity) {
   constexpr double kForward = 0.0925, kRight = 0.115;  // m
@@ -65,8 +68,6 @@ std::vector<Rotor> DefaultRotors(double mass, double gravity) {
           {{kForward, -kRight, 0.0}, up, 1, k_f, k_m},
           {{-kForward, kRight, 0.0}, up, 1, k_f, k_m}};
 }
-
-}  // namespace
 
 VehicleConfig ReadVehicle(const YamlMap& map, double gravity) {
   VehicleConfig vehicle;
@@ -85,6 +86,22 @@ VehicleConfig ReadVehicle(const YamlMap& map, double gravity) {
   map.Finish();
   return vehicle;
 }
+
+void ReadRandomise(const YamlMap& map, SimulationConfig* config) {
+  std::vector<std::string> known;
+  for (const auto& [name, value] : TunableValues(*config)) known.push_back(name);
+  for (const std::string& key : map.Keys()) {
+    if (std::find(known.begin(), known.end(), key) == known.end()) {
+      map.Fail(key,
+               fmt::format("can't be drawn at random; use one of: {}", fmt::join(known, ", ")));
+    }
+    const auto range = map.Get<std::vector<double>>(key);
+    if (range.size() != 2 || range[1] < range[0]) map.Fail(key, "needs a range [low, high]");
+    config->randomise[key] = {range[0], range[1]};
+  }
+}
+
+}  // namespace
 
 void Serialize(YamlArchive* a, MotorDriveConfig* drive) {
   a->Positive("full_speed", &drive->full_speed);
@@ -202,4 +219,35 @@ void Serialize(YamlArchive* a, GnssConfig* gnss) {
   a->NotNegative("outlier_size", &gnss->outlier_size);
 }
 
-}  // namespace trueline::simulation
+}  // namespace simulation
+
+SimulationConfig ReadSimulationConfig(const YamlMap& map) {
+  using namespace simulation;  // NOLINT(google-build-using-namespace): its own internals
+  SimulationConfig config;
+  YamlArchive a(map);
+  a.Value("name", &config.name);
+  a.Positive("duration", &config.duration);
+  a.Require(config.duration <= kLongestFlight, "duration",
+            fmt::format("must be at most {} s", kLongestFlight));
+  a.NotNegative("warm_up", &config.warm_up);
+  a.Positive("gravity", &config.gravity);
+  config.course = ReadCourse(map.Child("course"));
+  config.vehicle = ReadVehicle(map.ChildOrEmpty("vehicle"), config.gravity);
+  a.Nested("autopilot", &config.autopilot);
+  a.Nested("turbulence", &config.turbulence);
+  a.Nested("imu", &config.imu);
+  a.Nested("ahrs", &config.ahrs);
+  a.Nested("detector", &config.detector);
+  a.Nested("gnss", &config.gnss);
+  Serialize(&a, &config.sensors);
+  if (map.Has("detector") && config.gnss.rate > 0.0) {
+    map.Fail("detector", "is of the gates' camera, which a flight with gnss lacks; leave it out");
+  }
+  ReadActingEffects(map, ActorsOf(config), &config.effects);
+  config.forces = ReadUnnamedForces(map, &config.terms);
+  ReadRandomise(map.ChildOrEmpty("randomise"), &config);
+  map.Finish();
+  return config;
+}
+
+}  // namespace trueline
