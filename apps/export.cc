@@ -6,7 +6,7 @@
 #include "problems/common/error.h"
 #include "problems/result/render.h"
 #include "problems/simulators/check_vehicle.h"
-#include "problems/simulators/write_export.h"
+#include "problems/simulators/export_vehicle.h"
 
 DEFINE_string(model, "", "model.yaml of a calibration or diagnosis with --drive=rotors");
 DEFINE_string(result, "", "in place of --model: a result folder of calibrate or diagnose");

@@ -1,6 +1,7 @@
 // A calibrated vehicle in a simulator's file, and what the simulator can't express of it.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,5 +39,12 @@ inline constexpr double kCostSeconds = 0.5;  // s
 
 // Throws InputError for a vehicle that the target can't have, such as one of six rotors.
 Export ExportVehicle(const NeutralVehicle& model, const Target& target);
+
+// Writes the files, the first as `out`, others beside it under its name with their own extension;
+// and OUT.lost.yaml.
+void WriteExport(const Export& exported, const Target& target, const std::filesystem::path& out);
+
+// What is lost, in words.
+std::string LossText(const Export& exported, const Target& target);
 
 }  // namespace trueline

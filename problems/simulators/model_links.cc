@@ -1,9 +1,8 @@
-#include "problems/simulators/model_links.h"
-
 #include <Eigen/Geometry>
 #include <array>
 
 #include "problems/common/error.h"
+#include "problems/simulators/vehicle_file.h"
 
 namespace trueline {
 namespace {

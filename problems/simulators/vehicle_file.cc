@@ -6,7 +6,6 @@
 
 #include "problems/common/app.h"
 #include "problems/common/error.h"
-#include "problems/simulators/model_links.h"
 
 namespace trueline {
 namespace {

@@ -40,6 +40,11 @@ struct VehicleFile {
   const Reading* Find(const std::string& name) const;
 };
 
+// Adds mass, centre and inertia of a model of links (SDF, URDF), all of which count, to
+// file->vehicle, and readings of the heaviest link, which a correction changes. Link poses are in
+// the model's frame (SDF) or follow the joints (URDF). In model_links.cc.
+void AddLinks(VehicleFile* file);
+
 // The simulator's order of rotors as its code has it for this vehicle (Target::mirrored).
 std::vector<FixedRotor> OrderOf(const VehicleFile& file);
 

@@ -10,7 +10,6 @@
 #include "problems/simulators/export_vehicle.h"
 #include "problems/simulators/first_fit.h"
 #include "problems/simulators/write_audit.h"
-#include "problems/simulators/write_export.h"
 #include "tests/common/test_files.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 #include "tests/simulators/shaky_flight.h"

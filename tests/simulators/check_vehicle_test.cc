@@ -7,7 +7,6 @@
 
 #include "problems/simulators/audit.h"
 #include "problems/simulators/export_vehicle.h"
-#include "problems/simulators/write_export.h"
 #include "tests/common/test_files.h"
 #include "tests/simulators/made_vehicle.h"
 

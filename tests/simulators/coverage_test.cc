@@ -3,7 +3,6 @@
 
 #include "problems/simulators/export_vehicle.h"
 #include "problems/simulators/flight_estimate.h"
-#include "problems/simulators/write_export.h"
 #include "tests/common/test_files.h"
 #include "tests/simulators/shaky_flight.h"
 

@@ -5,7 +5,6 @@
 #include "problems/simulators/check_vehicle.h"
 #include "problems/simulators/export_vehicle.h"
 #include "problems/simulators/vehicle_replay.h"
-#include "problems/simulators/write_export.h"
 #include "tests/common/test_files.h"
 #include "tests/simulators/independent_replay.h"
 #include "tests/simulators/made_vehicle.h"
