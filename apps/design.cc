@@ -5,7 +5,6 @@
 #include "problems/common/progress.h"
 #include "problems/common/result_folder.h"
 #include "problems/observability/run_design.h"
-#include "problems/observability/write_design.h"
 #include "problems/result/render.h"
 
 DEFINE_string(config, "", "YAML with vehicle, limits and the states to show, as in config/design/");

@@ -1,5 +1,7 @@
 // trueline-observe: which states and parameters are observable in a kind of motion or on one
 // flight.
+#include "problems/observability/observe.h"
+
 #include <fmt/format.h>
 
 #include <optional>
@@ -13,7 +15,6 @@
 #include "problems/inspection/first_look.h"
 #include "problems/observability/gramian_ranking.h"
 #include "problems/observability/observe_config.h"
-#include "problems/observability/write_observability.h"
 #include "problems/result/render.h"
 
 DEFINE_string(config, "", "YAML with a system and cases, as in config/observe/");

@@ -7,7 +7,7 @@
 
 #include "problems/calibration/considered.h"
 #include "problems/common/yaml_archive.h"
-#include "problems/observability/sensor_config.h"
+#include "problems/observability/rotor_driven_system.h"
 #include "problems/simulation/simulate_rotor_flight.h"
 #include "problems/trajectory/trajectory_config.h"
 

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "problems/observability/rotor_driven_system.h"
-#include "problems/trajectory/nominal.h"
 #include "problems/trajectory/rotor_flight.h"
 
 namespace trueline {

@@ -5,7 +5,7 @@
 
 #include "problems/log/flight_log.h"
 #include "problems/rotor/rotor_vehicle.h"
-#include "problems/trajectory/nominal.h"
+#include "problems/trajectory/rotor_flight.h"
 
 namespace trueline {
 

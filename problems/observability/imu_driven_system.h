@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "cost_functions/models/imu_driven_model.h"
-#include "problems/observability/state_info.h"
+#include "problems/observability/rank.h"
 
 namespace trueline {
 

@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "cost_functions/numbers/taylor.h"
-#include "problems/observability/row_reduction.h"
+#include "problems/observability/rank.h"
 
 namespace trueline {
 

@@ -8,7 +8,7 @@
 #include "problems/observability/generic_rank.h"
 #include "problems/rotor/rotor_vehicle.h"
 #include "problems/trajectory/limits.h"
-#include "problems/trajectory/nominal.h"
+#include "problems/trajectory/rotor_flight.h"
 
 namespace trueline {
 
@@ -63,5 +63,11 @@ CaseResult ObserveFlight(const System& system, const NominalFlight& flight,
 void AdviseRotorFlight(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
                        const NominalFlight& flight, const FlightQuestion& question,
                        const FlightLimits& limits, CaseResult* result);
+
+// observability.yaml, and the table for standard output.
+std::string ObservabilityYaml(const std::vector<CaseResult>& cases, const std::string& source);
+
+// One block for each case: rank, null space in words and numbers, sigmas, advice.
+std::string ObservabilityTable(const std::vector<CaseResult>& cases);
 
 }  // namespace trueline

@@ -10,7 +10,7 @@
 #include "problems/log/log_yaml.h"
 #include "problems/observability/flight_from_log.h"
 #include "problems/observability/gramian_ranking.h"
-#include "problems/observability/sensor_config.h"
+#include "problems/observability/rotor_driven_system.h"
 #include "problems/trajectory/rotor_flight.h"
 #include "problems/trajectory/trajectory_config.h"
 

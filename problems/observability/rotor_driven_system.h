@@ -11,7 +11,9 @@
 
 #include "cost_functions/models/rotor_constants.h"
 #include "cost_functions/models/rotor_driven_model.h"
-#include "problems/observability/state_info.h"
+#include "problems/common/yaml_archive.h"
+#include "problems/log/flight_log.h"
+#include "problems/observability/rank.h"
 
 namespace trueline {
 
@@ -195,5 +197,16 @@ class RotorSumsSystem {
 
   const RotorDrivenSystem& system_;
 };
+
+// Sensors of the rotor-driven model, from YAML (config/observe/, config/design/).
+
+// Rates [Hz] and sigmas of one sample; every key has a default (those of Wuest et al.).
+void Serialize(YamlArchive* a, SensorSet* s);
+// Names out of imu, position, pose.
+SensorSet WithSensors(SensorSet noise, const std::vector<std::string>& names, const YamlMap& map,
+                      const std::string& key);
+
+// Rates as logged; sigmas as for the paper's sensors, but for fixes, which state theirs.
+SensorSet SensorsOf(const FlightLog& log);
 
 }  // namespace trueline

@@ -1,6 +1,7 @@
 // Runs a design task and compares the result with random flights and figures.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -25,5 +26,13 @@ struct DesignOutcome {
 // Throws InputError if no flight keeps the limits.
 DesignOutcome RunDesignTask(const DesignTask& task,
                             const std::function<void(const std::string&)>& progress);
+
+// Files and table of a design.
+
+// trajectory.yaml, trajectory.csv and score.yaml in `directory`.
+void WriteDesign(const DesignTask& task, const DesignOutcome& outcome,
+                 const std::filesystem::path& directory);
+
+std::string DesignTable(const DesignTask& task, const DesignOutcome& outcome);
 
 }  // namespace trueline

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "problems/observability/assessment.h"
-#include "problems/trajectory/nominal.h"
+#include "problems/trajectory/rotor_flight.h"
 
 namespace trueline {
 

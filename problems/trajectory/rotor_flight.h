@@ -3,16 +3,28 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <utility>
 #include <vector>
 
 #include "cost_functions/models/rotor_driven_model.h"
 #include "cost_functions/numbers/taylor.h"
 #include "problems/rotor/rotor_vehicle.h"
-#include "problems/trajectory/nominal.h"
 #include "problems/trajectory/piecewise_polynomial.h"
 
 namespace trueline {
+
+// States and inputs along a flight, for the Gramians.
+struct NominalPoint {
+  std::vector<double> x;  // a system's states
+  std::vector<double> u;  // its inputs
+};
+
+struct NominalFlight {
+  double start = 0.0;  // s
+  double end = 0.0;
+  std::function<NominalPoint(double t)> at;
+};
 
 // Differential flatness of a multirotor with parallel rotors (Mellinger and Kumar 2011), in NED:
 // maps power series of the centre of mass's position and of yaw to power series of attitude, body

@@ -8,7 +8,6 @@
 
 #include "problems/common/error.h"
 #include "problems/observability/run_design.h"
-#include "problems/observability/write_design.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "problems/common/error.h"
-#include "problems/observability/write_observability.h"
+#include "problems/observability/observe.h"
 #include "problems/trajectory/catalogue.h"
 #include "problems/trajectory/rotor_flight.h"
 #include "problems/trajectory/trajectory_config.h"

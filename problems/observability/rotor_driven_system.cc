@@ -1,4 +1,4 @@
-#include "problems/observability/sensor_config.h"
+#include "problems/observability/rotor_driven_system.h"
 
 #include <fmt/format.h>
 
