@@ -42,7 +42,7 @@ FlatMatrix SweepSegment(const RotorDrivenSystem& system, const RotorFlight& flig
   const auto seed = [&](const Variable& variable, double adjoint) {
     if (variable.entry() >= 0) adjoints[variable.entry()] += adjoint;
   };
-  const Quadrature& rule = GaussLegendre(kScoreOrder + 1);
+  const Quadrature& rule = GaussLegendre<kScoreOrder + 1>();
   const Eigen::Map<const Eigen::VectorXd> weights(target.weights.data(), system.num_outputs());
   for (std::size_t g = 0; g < rule.nodes.size(); ++g) {
     const double t = rule.nodes[g] * time.duration;
@@ -78,7 +78,8 @@ SegmentState ExpandSegment(const RotorDrivenSystem& system, const RotorFlight& f
   const RotorSumsSystem by_sums(system);
   state.local = ExpandSensitivity<kScoreOrder, double>(by_sums, start.x, by_sums.Inputs(start.u),
                                                        time.duration);
-  state.gramian = LocalGramian<System::kErrors>(state.local, target.weights, time.duration);
+  state.gramian =
+      LocalGramian<System::kErrors, kScoreOrder>(state.local, target.weights, time.duration);
   state.transition = state.local.transition;
   return state;
 }

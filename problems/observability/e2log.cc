@@ -69,7 +69,8 @@ SegmentGramian OneSegment(const RotorDrivenSystem& system,
   const RotorSumsSystem by_sums(system);
   const auto local =
       ExpandSensitivity<kOrder, double>(by_sums, start.x, by_sums.Inputs(start.u), duration);
-  return {LocalGramian<kErrors>(local, weights, duration), local.transition.topRows(kMoving)};
+  return {LocalGramian<kErrors, kOrder>(local, weights, duration),
+          local.transition.topRows(kMoving)};
 }
 
 // Gramian of the flight from this segment's start, given that from its end: W + Phi' V Phi.

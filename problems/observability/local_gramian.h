@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <boost/math/quadrature/gauss.hpp>
 #include <cmath>
 #include <span>
 #include <type_traits>
@@ -12,11 +13,28 @@
 
 namespace trueline {
 
-// Nodes and weights on [0, 1], exact for polynomials of degree 2 n - 1.
+// Nodes (ascending) and weights on [0, 1], exact for polynomials of degree 2 kNodes - 1.
 struct Quadrature {
   std::vector<double> nodes, weights;
 };
-const Quadrature& GaussLegendre(int n);  // n <= 16
+template <int kNodes>
+const Quadrature& GaussLegendre() {
+  static const Quadrature rule = [] {
+    using Gauss = boost::math::quadrature::gauss<double, kNodes>;  // of x >= 0 in [-1, 1]
+    const auto& x = Gauss::abscissa();
+    Quadrature unit;
+    const auto add = [&](std::size_t i, double sign) {
+      unit.nodes.push_back(0.5 * (1.0 - sign * x[i]));
+      unit.weights.push_back(0.5 * Gauss::weights()[i]);
+    };
+    for (std::size_t i = x.size(); i-- > 0;) add(i, 1.0);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (x[i] > 0.0) add(i, -1.0);
+    }
+    return unit;
+  }();
+  return rule;
+}
 
 inline constexpr int kJetColumns =
     12;  // of the rotor-driven model, 21 errors are curved, 12 affine
@@ -108,13 +126,13 @@ typename LocalSensitivity<double, kErrors>::Matrix SensitivityAt(
 }
 
 // Integral of K'K over the stretch (eq. 3), the rows of K scaled by `weights`, including all cross
-// terms of the series. K is a polynomial, so Gauss' rule with order + 1 nodes is exact.
-template <int kErrors>
+// terms of the series. K is a polynomial of degree kOrder, so Gauss' rule is exact.
+template <int kErrors, int kOrder>
 Eigen::Matrix<double, kErrors, kErrors> LocalGramian(const LocalSensitivity<double, kErrors>& local,
                                                      const std::vector<double>& weights,
                                                      double duration) {
   const Eigen::Map<const Eigen::VectorXd> weight(weights.data(), weights.size());
-  const Quadrature& rule = GaussLegendre(static_cast<int>(local.gradients.size()));
+  const Quadrature& rule = GaussLegendre<kOrder + 1>();
   const Eigen::Index rows = weight.size();
   // All nodes below each other: one product instead of many small ones.
   Eigen::Matrix<double, Eigen::Dynamic, kErrors> k(rows * rule.nodes.size(), kErrors);

@@ -62,18 +62,20 @@ TEST(Gramian, AllThreeGiveTheOscillatorsClosedForm) {
   EXPECT_LT((EmpiricalGramian(Oscillator{}, OscillatorFlight(T), {1.0}, 0.01) - want).norm(), 1e-8);
   const auto local =
       ExpandSensitivity<12, double>(Oscillator{}, std::vector<double>{1.0, 0.0}, {}, 1.0);
-  EXPECT_LT((LocalGramian<2>(local, {1.0}, 1.0) - OscillatorGramian(1.0)).norm(), 1e-8);
+  EXPECT_LT((LocalGramian<2, 12>(local, {1.0}, 1.0) - OscillatorGramian(1.0)).norm(), 1e-8);
   const Eigen::Matrix2d turn =
       (Eigen::Matrix2d() << std::cos(1.0), std::sin(1.0), -std::sin(1.0), std::cos(1.0)).finished();
   EXPECT_LT((local.transition - turn).norm(), 1e-8);
 }
 
 TEST(Gramian, GaussRuleIntegratesPolynomialsExactly) {
-  for (const int n : {1, 2, 5, 7}) {
-    const Quadrature& rule = GaussLegendre(n);
-    for (int degree = 0; degree < 2 * n; ++degree) {
+  for (const Quadrature* rule :
+       {&GaussLegendre<1>(), &GaussLegendre<2>(), &GaussLegendre<5>(), &GaussLegendre<7>()}) {
+    const std::size_t n = rule->nodes.size();
+    for (std::size_t degree = 0; degree < 2 * n; ++degree) {
       double sum = 0.0;
-      for (int i = 0; i < n; ++i) sum += rule.weights[i] * std::pow(rule.nodes[i], degree);
+      for (std::size_t i = 0; i < n; ++i)
+        sum += rule->weights[i] * std::pow(rule->nodes[i], degree);
       EXPECT_NEAR(sum, 1.0 / (degree + 1), 1e-14);
     }
   }
