@@ -120,9 +120,13 @@ std::vector<double> FindColumnScale(const RotorDrivenSystem& system, const Rotor
   return TypicalSizes(system.errors());
 }
 
-ColumnScale ColumnScaleNamed(const std::string& name) {
-  const auto at = std::find(kColumnScales.begin(), kColumnScales.end(), name);
-  return static_cast<ColumnScale>(at - kColumnScales.begin());
+void Serialize(YamlArchive* a, ColumnScaleOptions* o) {
+  a->Choice("scale", &o->kind,
+            {{"bound", ColumnScale::kBound},
+             {"deviation", ColumnScale::kDeviation},
+             {"typical", ColumnScale::kTypical}});
+  a->Value("scale_flights", &o->flights);
+  a->Require(o->flights >= 1, "scale_flights", "must be at least 1");
 }
 
 }  // namespace trueline

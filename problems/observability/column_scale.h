@@ -3,9 +3,9 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
+#include "problems/common/yaml_archive.h"
 #include "problems/observability/rotor_driven_system.h"
 #include "problems/trajectory/catalogue.h"
 #include "problems/trajectory/limits.h"
@@ -33,8 +33,7 @@ std::vector<double> FindColumnScale(const RotorDrivenSystem& system, const Rotor
                                     const std::vector<int>& asked,
                                     const ColumnScaleOptions& options);
 
-// The names of the kinds in files, in the order of ColumnScale.
-inline const std::vector<std::string> kColumnScales = {"bound", "deviation", "typical"};
-ColumnScale ColumnScaleNamed(const std::string& name);
+// Keys `scale` and `scale_flights`.
+void Serialize(YamlArchive* a, ColumnScaleOptions* o);
 
 }  // namespace trueline

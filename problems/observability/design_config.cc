@@ -44,25 +44,17 @@ void ReadOptimiser(const YamlMap& config, DesignOptions* options) {
   options->time_limit = config.Get<double>("time_limit", options->time_limit);
 }
 
-// States that the Gramian is asked for, among those that it leaves free.
 DesignTarget ReadTarget(const YamlMap& config, const RotorDrivenSystem& system) {
-  DesignTarget target;
-  const auto named = [&](const std::string& key, const std::vector<std::string>& names) {
-    return ConstantsNamed(system.errors(), names,
-                          [&](const std::string& text) { config.Fail(key, text); });
-  };
-  target.interest = named("show", config.Get<std::vector<std::string>>("show"));
-  target.asked = system.PaperStates();
-  AddStates(named("free", config.Get<std::vector<std::string>>("free", {})), &target.asked);
+  const auto names = config.Get<std::vector<std::string>>("show");
+  const bool by_noise = config.GetChoice("weighting", {"noise", "none"}, "noise") == "noise";
+  const DesignTarget target =
+      TargetOf(system, names, config.Get<std::vector<std::string>>("free", {}), by_noise,
+               [&](const char* key, const std::string& text) { config.Fail(key, text); });
   for (const int state : target.interest) {
     if (std::count(target.asked.begin(), target.asked.end(), state) == 0) {
       config.Fail("show", fmt::format("'{}' is taken as known; name it under 'free' too",
                                       system.errors()[state].name));
     }
-  }
-  target.weights = system.OutputWeights();
-  if (config.GetChoice("weighting", {"noise", "none"}, "noise") == "none") {
-    target.weights.assign(target.weights.size(), 1.0);
   }
   return target;
 }
@@ -74,8 +66,8 @@ DesignTask ReadGramianTask(const YamlMap& config, const DesignOptions& common) {
   const auto sensors = config.Get<std::vector<std::string>>("sensors", {"imu", "pose"});
   const RotorDrivenSystem system(vehicle.model, WithSensors(noise, sensors, config, "sensors"));
   GramianCriterion gramian{system, ReadTarget(config, system)};
-  gramian.scale = ColumnScaleNamed(config.GetChoice("scale", kColumnScales, "bound"));
-  gramian.scale_flights = AtLeast(config, "scale_flights", gramian.scale_flights, 1);
+  YamlArchive archive(config);
+  Serialize(&archive, &gramian.scale);
   DesignTask task{config.file(), vehicle, {}, common, 0, gramian};
   ReadOptimiser(config, &task.options);
   for (const int state : gramian.target.interest) task.show.push_back(system.errors()[state]);
@@ -84,10 +76,14 @@ DesignTask ReadGramianTask(const YamlMap& config, const DesignOptions& common) {
 
 DesignTask ReadBoundTask(const YamlMap& config, const DesignOptions& common) {
   const RotorSimulation simulation = ReadRotorFlightVehicle(config);
-  BoundCriterion bound{simulation,
-                       PriorFromVehicle(simulation.vehicle),
-                       ReadConsidered(config.ChildOrEmpty("consider")),
-                       {}};
+  BoundDesign bound{simulation,
+                    PriorFromVehicle(simulation.vehicle),
+                    ReadConsidered(config.ChildOrEmpty("consider")),
+                    {},
+                    common.shape.duration,
+                    1.5};
+  bound.seed = common.seed;
+  bound.threads = common.threads;
   ReadRotorPrior(config.ChildOrEmpty("prior"), &bound.prior);
   std::vector<StateInfo> shown;
   for (const auto& name : config.Get<std::vector<std::string>>("show")) {
@@ -105,9 +101,8 @@ DesignTask ReadBoundTask(const YamlMap& config, const DesignOptions& common) {
     config.Fail("ramp", "must be at most 0.4 of the duration");
   }
   bound.evaluations = AtLeast(config, "evaluations", bound.evaluations, 0);
-  DesignTask task{config.file(), simulation.vehicle, shown, common, 0, bound};
-  task.options.candidates = AtLeast(config, "candidates", 40, 1);
-  return task;
+  bound.candidates = AtLeast(config, "candidates", bound.candidates, 1);
+  return {config.file(), simulation.vehicle, shown, common, 0, bound};
 }
 
 // True if the file has a key that the Gramian alone takes: it then is the criterion by default.

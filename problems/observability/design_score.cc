@@ -86,6 +86,22 @@ SegmentState ExpandSegment(const RotorDrivenSystem& system, const RotorFlight& f
 
 }  // namespace
 
+DesignTarget TargetOf(const RotorDrivenSystem& system, const std::vector<std::string>& show,
+                      const std::vector<std::string>& free, bool by_noise,
+                      const std::function<void(const char*, const std::string&)>& fail) {
+  const auto named = [&](const char* key, const std::vector<std::string>& names) {
+    return ConstantsNamed(system.errors(), names,
+                          [&](const std::string& text) { fail(key, text); });
+  };
+  DesignTarget target;
+  target.interest = named("show", show);
+  target.asked = system.PaperStates();
+  AddStates(named("free", free), &target.asked);
+  target.weights = system.OutputWeights();
+  if (!by_noise) target.weights.assign(target.weights.size(), 1.0);
+  return target;
+}
+
 SoftMinimum LogSoftMinimum(const Eigen::MatrixXd& gramian, const DesignTarget& target) {
   constexpr double kPower = 6.0;
   const Eigen::Map<const Eigen::VectorXd> scale(target.scale.data(), gramian.rows());

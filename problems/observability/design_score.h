@@ -7,6 +7,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "cost_functions/numbers/taylor.h"
@@ -48,6 +50,13 @@ struct DesignTarget {
   std::vector<double> weights;  // of the outputs
   double segment = 0.1;         // s, of E2LOG
 };
+
+// The target that shows `show` where these, `free` and the papers' other states are unknown,
+// without its scale. Calls fail(key, text) for a name that is no constant. `by_noise` false:
+// outputs count in their units, as published.
+DesignTarget TargetOf(const RotorDrivenSystem& system, const std::vector<std::string>& show,
+                      const std::vector<std::string>& free, bool by_noise,
+                      const std::function<void(const char*, const std::string&)>& fail);
 
 // Smooth approximation of the smallest eigenvalue of the scaled, marginalised Gramian: (sum
 // lambda_i^-p)^(-1/p), p = 6, smaller by a factor of at most n^(1/p).

@@ -8,6 +8,7 @@
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/inspection/first_look.h"
+#include "problems/observability/design_score.h"
 #include "problems/observability/flight_from_log.h"
 #include "problems/observability/rotor_driven_system.h"
 #include "problems/result/yaml_text.h"
@@ -22,48 +23,31 @@ namespace fs = std::filesystem;
 struct RankingQuestion {
   RotorVehicle vehicle;
   RotorDrivenSystem system;
-  std::vector<int> shown, asked;
-  std::vector<double> scale, weights;
+  DesignTarget target;
 };
 
-std::vector<double> WeightsOf(const RotorDrivenSystem& system, const RankingOptions& options) {
-  std::vector<double> weights = system.OutputWeights();
-  if (!options.weigh_by_noise) std::fill(weights.begin(), weights.end(), 1.0);
-  return weights;
-}
-
-RankingQuestion AskAbout(const RotorVehicle& vehicle, const SensorSet& sensors,
-                         const RankingOptions& options) {
-  RankingQuestion question{vehicle, {vehicle.model, sensors}, {}, {}, {}, {}};
-  const RotorDrivenSystem& system = question.system;
-  const auto named = [&](const std::vector<std::string>& names) {
-    return ConstantsNamed(system.errors(), names,
-                          [](const std::string& text) { throw InputError("e2log: " + text); });
-  };
-  question.shown = named(options.show);
-  question.asked = system.PaperStates();
-  AddStates(named(options.free), &question.asked);
-  AddStates(question.shown, &question.asked);
-  question.scale = FindColumnScale(system, vehicle, question.asked, options.scale);
-  question.weights = WeightsOf(system, options);
-  return question;
+DesignTarget TargetOf(const RotorDrivenSystem& system, const RankingOptions& options) {
+  DesignTarget target =
+      TargetOf(system, options.show, options.free, options.weigh_by_noise,
+               [](const char*, const std::string& text) { throw InputError("e2log: " + text); });
+  AddStates(target.interest, &target.asked);
+  return target;
 }
 
 // Flight: RotorFlight or NominalFlight.
 template <class Flight>
 RankedFlight ScoreOf(const std::string& name, double duration, const Flight& flight,
                      const RankingQuestion& question, const RankingOptions& options) {
+  const RotorDrivenSystem& system = question.system;
+  const DesignTarget& target = question.target;
   RankedFlight ranked{name, duration, {}, {}};
-  const Eigen::MatrixXd gramian = E2log(question.system, flight, question.weights, options.e2log);
-  ranked.scores =
-      ScoreStates(gramian, question.shown, options.marginalise ? question.asked : question.shown,
-                  question.scale);
+  const Eigen::MatrixXd gramian = E2log(system, flight, target.weights, options.e2log);
+  ranked.scores = ScoreStates(gramian, target.interest,
+                              options.marginalise ? target.asked : target.interest, target.scale);
   E2logOptions exact = options.e2log;
   exact.chained = true;
-  const Eigen::MatrixXd information =
-      E2log(question.system, flight, question.system.OutputWeights(), exact);
-  ranked.sigma =
-      SigmasOf(Assess(information, question.asked, question.system.errors()), question.shown);
+  const Eigen::MatrixXd information = E2log(system, flight, system.OutputWeights(), exact);
+  ranked.sigma = SigmasOf(Assess(information, target.asked, system.errors()), target.interest);
   return ranked;
 }
 
@@ -91,9 +75,9 @@ class Ranker {
     }
     std::stable_sort(ranking_.flights.begin(), ranking_.flights.end(),
                      [](auto& a, auto& b) { return a.scores.sigma_min > b.scores.sigma_min; });
-    for (const int state : question_->shown) {
+    for (const int state : question_->target.interest) {
       ranking_.shown.push_back(question_->system.errors()[state]);
-      ranking_.scale.push_back(question_->scale[state]);
+      ranking_.scale.push_back(question_->target.scale[state]);
     }
     return std::move(ranking_);
   }
@@ -103,7 +87,7 @@ class Ranker {
     config.GetChoice("system", {"rotor_driven"}, "rotor_driven");
     config.Get<double>("horizon", 0.0);  // of observability alone
     limits_ = ReadLimits(config.ChildOrEmpty("limits"));
-    ranking_.options = ReadRankingOptions(config.ChildOrEmpty("e2log"));
+    ranking_.options = FromYaml<RankingOptions>(config.ChildOrEmpty("e2log"));
     stated_ = config.ChildOrEmpty("sensors");
     const RotorVehicle vehicle =
         ReadRotorVehicle(config.Child("vehicle"), config.Get<double>("gravity", 9.81));
@@ -121,7 +105,11 @@ class Ranker {
   void Ask(const RotorVehicle& vehicle, const SensorSet& sensors) {
     if (progress_) progress_("scale of the columns");
     ranking_.options.scale.limits = limits_;
-    question_ = AskAbout(vehicle, sensors, ranking_.options);
+    question_ = RankingQuestion{vehicle, RotorDrivenSystem(vehicle.model, sensors), {}};
+    DesignTarget& target = question_->target;
+    target = TargetOf(question_->system, ranking_.options);
+    target.scale =
+        FindColumnScale(question_->system, vehicle, target.asked, ranking_.options.scale);
   }
 
   void ScorePath(const std::string& name, const PiecewisePolynomial& path) {
@@ -142,7 +130,7 @@ class Ranker {
     sensors.imu = asked.imu, sensors.position = asked.position, sensors.pose = asked.pose;
     RankingQuestion question = *question_;
     question.system = RotorDrivenSystem(question.vehicle.model, sensors);
-    question.weights = WeightsOf(question.system, ranking_.options);
+    question.target.weights = TargetOf(question.system, ranking_.options).weights;
     return question;
   }
 
@@ -172,30 +160,21 @@ class Ranker {
 
 }  // namespace
 
-RankingOptions ReadRankingOptions(const YamlMap& map) {
-  RankingOptions options;
-  options.e2log.order = 4;
-  options.e2log.threads = 0;
-  options.sensors = map.Get<std::vector<std::string>>("sensors", options.sensors);
-  options.show = map.Get<std::vector<std::string>>("show", options.show);
-  options.free = map.Get<std::vector<std::string>>("free", options.free);
-  if (options.show.empty()) map.Fail("show", "names no constant");
-  options.e2log.order = map.Get<int>("order", options.e2log.order);
-  if (options.e2log.order < 1 || options.e2log.order > 6) map.Fail("order", "must be 1 to 6");
-  options.e2log.segment = map.Get<double>("segment", options.e2log.segment);
-  if (!(options.e2log.segment >= 0.02 && options.e2log.segment <= 0.5)) {
-    map.Fail("segment", "must be in [0.02, 0.5] s");
-  }
-  options.e2log.chained = map.GetChoice("segments", {"chained", "summed"}, "chained") == "chained";
-  options.marginalise =
-      map.GetChoice("others", {"marginalised", "known"}, "marginalised") == "marginalised";
-  options.weigh_by_noise = map.GetChoice("weighting", {"noise", "none"}, "noise") == "noise";
-  options.scale.kind = ColumnScaleNamed(map.GetChoice("scale", kColumnScales, "bound"));
-  options.scale.flights = map.Get<int>("scale_flights", options.scale.flights);
-  if (options.scale.flights < 1) map.Fail("scale_flights", "must be at least 1");
-  options.scale.seed = map.Get<std::uint64_t>("scale_seed", options.scale.seed);
-  map.Finish();
-  return options;
+void Serialize(YamlArchive* a, RankingOptions* o) {
+  a->Value("sensors", &o->sensors);
+  a->Value("show", &o->show);
+  a->Value("free", &o->free);
+  a->Require(!o->show.empty(), "show", "names no constant");
+  a->Value("order", &o->e2log.order);
+  a->Require(o->e2log.order >= 1 && o->e2log.order <= 6, "order", "must be 1 to 6");
+  a->Value("segment", &o->e2log.segment);
+  a->Require(o->e2log.segment >= 0.02 && o->e2log.segment <= 0.5, "segment",
+             "must be in [0.02, 0.5] s");
+  a->Choice("segments", &o->e2log.chained, {{"chained", true}, {"summed", false}});
+  a->Choice("others", &o->marginalise, {{"marginalised", true}, {"known", false}});
+  a->Choice("weighting", &o->weigh_by_noise, {{"noise", true}, {"none", false}});
+  Serialize(a, &o->scale);
+  a->Value("scale_seed", &o->scale.seed);
 }
 
 Ranking RankByE2log(const RankingInputs& inputs,
@@ -210,18 +189,8 @@ namespace {
 std::string RankText(double value) { return Rounded(value, 4); }
 
 YAML::Node OptionsNode(const RankingOptions& options) {
-  YAML::Node node;
-  node["sensors"] = options.sensors;
-  node["show"] = options.show;
-  node["free"] = options.free;
-  node["order"] = options.e2log.order;
+  YAML::Node node = ToYaml(options);
   node["segment"] = RankText(options.e2log.segment);
-  node["segments"] = options.e2log.chained ? "chained" : "summed";
-  node["others"] = options.marginalise ? "marginalised" : "known";
-  node["weighting"] = options.weigh_by_noise ? "noise" : "none";
-  node["scale"] = kColumnScales[static_cast<std::size_t>(options.scale.kind)];
-  node["scale_flights"] = options.scale.flights;
-  node["scale_seed"] = options.scale.seed;
   for (const char* list : {"sensors", "show", "free"}) {
     node[list].SetStyle(YAML::EmitterStyle::Flow);
   }
@@ -276,9 +245,8 @@ std::string RankingTable(const Ranking& ranking) {
       fmt::join(options.show, ", "), options.e2log.order, options.e2log.segment,
       options.e2log.chained ? "chained" : "summed",
       options.marginalise ? "marginalised" : "taken as known",
-      options.weigh_by_noise ? "noise" : "nothing",
-      kColumnScales[static_cast<std::size_t>(options.scale.kind)], "rank", "sigma_min",
-      "condition");
+      options.weigh_by_noise ? "noise" : "nothing", ToYaml(options)["scale"].as<std::string>(),
+      "rank", "sigma_min", "condition");
   for (const StateInfo& info : ranking.shown) {
     text += fmt::format(" {:>14}", fmt::format("{} [{}]", info.name, info.unit));
   }

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/common/strict_yaml.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/observability/assessment.h"
 #include "problems/observability/column_scale.h"
 #include "problems/observability/e2log.h"
@@ -20,9 +20,9 @@ struct RankingOptions {
   std::vector<std::string> sensors = {"imu", "pose"};
   std::vector<std::string> show = {"r_BP_x", "r_BP_y", "r_BP_z"};  // constants of interest
   std::vector<std::string> free;  // unknown beside the 30 error states of Table I
-  E2logOptions e2log;             // order 4
-  bool marginalise = true;        // other states are unknown too; false: as if known
-  bool weigh_by_noise = true;     // false: outputs in their units, as published
+  E2logOptions e2log{.order = 4, .threads = 0};
+  bool marginalise = true;     // other states are unknown too; false: as if known
+  bool weigh_by_noise = true;  // false: outputs in their units, as published
   ColumnScaleOptions scale;
 };
 
@@ -53,8 +53,8 @@ struct Ranking {
 Ranking RankByE2log(const RankingInputs& inputs,
                     const std::function<void(const std::string&)>& progress);
 
-// Reads the mapping `e2log` of a configuration; an absent one gives the defaults.
-RankingOptions ReadRankingOptions(const YamlMap& map);
+// The mapping `e2log` of a configuration; an absent one gives the defaults.
+void Serialize(YamlArchive* a, RankingOptions* o);
 
 std::string RankingYaml(const Ranking& ranking, const std::string& source);
 std::string RankingTable(const Ranking& ranking);

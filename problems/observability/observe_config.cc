@@ -98,7 +98,7 @@ class ConfigRun {
         noise_(FromYaml<SensorSet>(config.ChildOrEmpty("sensors"))),
         limits_(ReadLimits(config.ChildOrEmpty("limits"))),
         horizon_(config.Get<double>("horizon", rotor_driven_ ? 0.2 : 10.0)) {
-    ReadRankingOptions(config.ChildOrEmpty("e2log"));  // of --score=e2log
+    FromYaml<RankingOptions>(config.ChildOrEmpty("e2log"));  // of --score=e2log
   }
 
   std::vector<CaseResult> Run() {

@@ -78,12 +78,12 @@ std::vector<double> GramianBounds(const GramianCriterion& criterion, const Rotor
 DesignOutcome DesignByGramian(const DesignTask& task, const GramianCriterion& criterion,
                               const Progress& progress) {
   const DesignOptions& options = task.options;
-  if (criterion.scale != ColumnScale::kTypical) {
-    progress(fmt::format("{} random flights for the scale of each state", criterion.scale_flights));
+  if (criterion.scale.kind != ColumnScale::kTypical) {
+    progress(fmt::format("{} random flights for the scale of each state", criterion.scale.flights));
   }
   DesignTarget target = criterion.target;
   target.scale = FindColumnScale(criterion.system, task.vehicle, target.asked,
-                                 {criterion.scale, criterion.scale_flights, options.shape,
+                                 {criterion.scale.kind, criterion.scale.flights, options.shape,
                                   options.limits, options.seed, options.threads});
   progress(fmt::format("design from the best {} of {} {}", options.starts, options.candidates,
                        options.random_only ? "random flights" : "random flights and figures"));
@@ -112,14 +112,10 @@ std::vector<double> ShownSigmas(const BoundDesign& design, const PiecewisePolyno
   return sigma;
 }
 
-DesignOutcome DesignByBound(const DesignTask& task, const BoundCriterion& criterion,
+DesignOutcome DesignByBound(const DesignTask& task, const BoundDesign& design,
                             const Progress& progress) {
   const DesignOptions& options = task.options;
   const auto started = std::chrono::steady_clock::now();
-  const BoundDesign design{criterion.simulation, criterion.prior,        criterion.considered,
-                           criterion.show,       options.shape.duration, criterion.ramp,
-                           options.candidates,   criterion.evaluations,  options.seed,
-                           options.threads};
   const auto score = [&](const PiecewisePolynomial& path) {
     return 1.0 / std::sqrt(FlownBound(design, path));
   };
@@ -152,7 +148,7 @@ DesignOutcome RunDesignTask(const DesignTask& task, const Progress& progress) {
   if (const auto* gramian = std::get_if<GramianCriterion>(&task.criterion)) {
     return DesignByGramian(task, *gramian, progress);
   }
-  return DesignByBound(task, std::get<BoundCriterion>(task.criterion), progress);
+  return DesignByBound(task, std::get<BoundDesign>(task.criterion), progress);
 }
 
 namespace {

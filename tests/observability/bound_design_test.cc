@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "problems/observability/run_design.h"
 #include "problems/simulation/simulate_rotor_flight.h"
@@ -19,18 +20,27 @@ const auto kQuiet = [](const std::string&) {};
 DesignTask ShortTask(int evaluations) {
   DesignTask task = ReadDesignTask(YamlMap::FromFile(kByBound), 1, 0);
   task.options.shape.duration = 4.0;
-  task.options.candidates = 3;
   task.compare = 2;
-  auto& bound = std::get<BoundCriterion>(task.criterion);
+  auto& bound = std::get<BoundDesign>(task.criterion);
+  bound.duration = 4.0;
+  bound.candidates = 3;
   bound.ramp = 1.0;
   bound.evaluations = evaluations;
   return task;
 }
 
+// Not from rest, and nothing is evolved.
+BoundDesign ThreeSeconds() {
+  auto design = std::get<BoundDesign>(ShortTask(0).criterion);
+  design.duration = 3.0;
+  design.ramp = 0.0;
+  return design;
+}
+
 TEST(BoundDesign, SlowSameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
   DesignTask task = ShortTask(12);
   const DesignOutcome first = RunDesignTask(task, kQuiet);
-  task.options.threads = 1;
+  task.options.threads = std::get<BoundDesign>(task.criterion).threads = 1;
   EXPECT_EQ(RunDesignTask(task, kQuiet).result.score, first.result.score);
   ASSERT_EQ(first.random_scores.size(), 2u);
   EXPECT_GT(first.random_scores.front(), 0.0);
@@ -54,17 +64,15 @@ TEST(BoundDesign, SlowAnEvolvedFigureNarrowsMoreWithinTheSameLimitsFromRest) {
 // The normal equations with columns against the batch's own information; then considered effects on
 // top of both.
 TEST(BoundDesign, BoundsAreThoseOfTheBatch) {
-  const DesignTask task = ShortTask(0);
-  const auto& criterion = std::get<BoundCriterion>(task.criterion);
-  BoundDesign design{
-      criterion.simulation, criterion.prior, {}, criterion.show, 3.0, 0.0, 3, 0, 1, 0};
+  BoundDesign design = ThreeSeconds();
+  const std::vector<ConsideredEffect> considered = std::exchange(design.considered, {});
   const PiecewisePolynomial path = DesignFigure(design, kQuiet).path;
   const Flown flown = Fly(design.simulation, path, design.seed);
   const Eigen::MatrixXd bound =
       RotorBound(ModelOf(design.simulation), flown.data, {design.simulation.noise, design.prior},
                  flown.nodes, flown.truth.constants);
   const std::vector<double> sigma = FlownSigmas(design, path);
-  design.considered = criterion.considered;
+  design.considered = considered;
   const std::vector<double> wide = FlownSigmas(design, path);
   for (const int i : design.prior.Free()) {
     EXPECT_NEAR(sigma[i], std::sqrt(bound(i, i)), 1e-6 * sigma[i]) << kRotorConstants[i].name;
@@ -74,18 +82,7 @@ TEST(BoundDesign, BoundsAreThoseOfTheBatch) {
 }
 
 TEST(BoundDesign, MoreFlightHasASmallerBound) {
-  const DesignTask task = ShortTask(0);
-  const auto& criterion = std::get<BoundCriterion>(task.criterion);
-  BoundDesign design{criterion.simulation,
-                     criterion.prior,
-                     criterion.considered,
-                     criterion.show,
-                     3.0,
-                     0.0,
-                     3,
-                     0,
-                     1,
-                     0};
+  BoundDesign design = ThreeSeconds();
   const DesignedFigure figure = DesignFigure(design, kQuiet);
   const double brief = FlownBound(design, figure.path);
   EXPECT_EQ(figure.start_bound, brief);  // nothing was evolved: the same flight, by the same limits

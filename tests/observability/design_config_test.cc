@@ -25,10 +25,11 @@ TEST(DesignConfig, SlowEveryFileThatShipsIsReadAndCanBegin) {
     task.options.candidates = task.options.starts = task.options.iterations = 1;
     task.options.check_step = 0.01;
     task.compare = 0;
-    if (auto* gramian = std::get_if<GramianCriterion>(&task.criterion)) gramian->scale_flights = 1;
-    if (auto* bound = std::get_if<BoundCriterion>(&task.criterion)) {
+    if (auto* gramian = std::get_if<GramianCriterion>(&task.criterion)) gramian->scale.flights = 1;
+    if (auto* bound = std::get_if<BoundDesign>(&task.criterion)) {
+      bound->duration = 4.0;
       bound->evaluations = 12;
-      task.options.candidates = 3;
+      bound->candidates = 3;
     }
     const DesignOutcome outcome = RunDesignTask(task, kSilent);
     EXPECT_GT(outcome.result.score, 0.0) << entry.path();
