@@ -8,7 +8,7 @@
 
 #include "problems/calibration/estimators.h"
 #include "problems/common/error.h"
-#include "problems/experiment/convergence.h"
+#include "problems/experiment/accuracy.h"
 
 namespace trueline {
 namespace {

@@ -3,8 +3,7 @@
 #include <limits>
 
 #include "problems/common/error.h"
-#include "problems/experiment/convergence.h"
-#include "problems/experiment/final_point_bound.h"
+#include "problems/experiment/accuracy.h"
 #include "problems/experiment/job.h"
 #include "problems/log/native_log.h"
 #include "problems/result/statistics.h"

@@ -1,8 +1,7 @@
 // VGD on flights for which its model is exact must reach the Cramer-Rao bound, and not beat it.
-#include "problems/experiment/final_point_bound.h"
-
 #include <gtest/gtest.h>
 
+#include "problems/experiment/accuracy.h"
 #include "problems/simulation/simulate.h"
 #include "problems/simulation/variant.h"
 #include "problems/vgd/vgd.h"

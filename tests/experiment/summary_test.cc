@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "problems/common/random.h"
+#include "problems/experiment/accuracy.h"
 #include "problems/experiment/benchmark_summary.h"
-#include "problems/experiment/convergence.h"
 
 namespace trueline {
 namespace {

@@ -1,4 +1,6 @@
-#include "problems/experiment/convergence.h"
+#include "problems/experiment/accuracy.h"
+
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +9,8 @@
 #include "cost_functions/models/imu_driven_model.h"
 #include "cost_functions/models/kinematic_model.h"
 #include "problems/simulation/variant.h"
+#include "problems/vgd/vgd.h"
+#include "problems/vgd/window_data.h"
 
 namespace trueline {
 namespace {
@@ -77,5 +81,26 @@ std::vector<ConvergenceRow> Convergence(const EstimatorRun& run, const std::stri
   }
   return rows;
 }
+
+Eigen::Matrix2d FinalPointBound(const FlightData& flight, const VgdOptions& options, int tau,
+                                const std::optional<Theta>& theta) {
+  CHECK(flight.HasArc(tau)) << "no arc follows that pass";
+  VgdOptions exact = options;
+  exact.loss = FixLoss::kNone;
+  exact.whiten = true;
+  exact.solver = VgdSolver::kTrustRegion;
+  const int first = flight.FirstPassOf(tau, options.gamma, options.min_window_fixes);
+  const auto passes = std::span(flight.passes).subspan(first, tau - first);
+  WindowProblem problem(flight.track, CutWindow(flight, exact, first, tau, true), exact);
+  problem.SetStart(theta.value_or(PriorMeans(exact)), RoughPath(flight.log.fixes, passes));
+  // The information depends on the path only weakly (through drag); the path is fitted.
+  problem.HoldParameters(theta.has_value());
+  problem.Solve();
+  problem.HoldParameters(false);
+  constexpr int kFinal = WindowProblem::kParameters;
+  return problem.Covariance().block<2, 2>(kFinal, kFinal);
+}
+
+double LeastFinalPointError(const Eigen::Matrix2d& bound) { return std::sqrt(bound.trace()); }
 
 }  // namespace trueline
