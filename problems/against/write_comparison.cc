@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "problems/common/atomic_file.h"
-#include "problems/result/csv_file.h"
 #include "problems/result/distributions.h"
 #include "problems/result/yaml_text.h"
 

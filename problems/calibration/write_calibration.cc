@@ -12,7 +12,6 @@
 #include "problems/common/atomic_file.h"
 #include "problems/effects/read_effects.h"
 #include "problems/log/csv_text.h"
-#include "problems/result/csv_file.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

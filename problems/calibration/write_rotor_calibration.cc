@@ -3,7 +3,6 @@
 
 #include "problems/calibration/write_calibration.h"
 #include "problems/common/atomic_file.h"
-#include "problems/result/csv_file.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

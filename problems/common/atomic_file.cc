@@ -44,6 +44,21 @@ void WriteFileAtomically(const std::filesystem::path& path, const std::string& c
   file.Commit();
 }
 
+std::string CsvField(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string(2, c) : std::string(1, c);
+  return quoted + "\"";
+}
+
+void WriteCsv(const std::filesystem::path& path, const std::string& header,
+              const std::function<void(std::ostream&)>& rows) {
+  AtomicFile file(path);
+  file.stream() << header << "\n";
+  rows(file.stream());
+  file.Commit();
+}
+
 namespace {
 
 std::mutex mutex;

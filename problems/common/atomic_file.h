@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string>
 
 namespace trueline {
@@ -27,6 +28,12 @@ class AtomicFile {
 
 // The common case: the whole content at once.
 void WriteFileAtomically(const std::filesystem::path& path, const std::string& content);
+
+// A CSV file: writes the header and what `rows` prints.
+void WriteCsv(const std::filesystem::path& path, const std::string& header,
+              const std::function<void(std::ostream&)>& rows);
+// Quoted where the text would break the row (RFC 4180).
+std::string CsvField(const std::string& text);
 
 // Names for messages of files that a run keeps in a hidden folder until it is complete.
 

@@ -10,7 +10,6 @@
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/witness.h"
 #include "problems/effects/read_effects.h"
-#include "problems/result/csv_file.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

@@ -10,7 +10,6 @@
 #include "problems/common/atomic_file.h"
 #include "problems/common/parallel.h"
 #include "problems/common/sha256.h"
-#include "problems/result/csv_file.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

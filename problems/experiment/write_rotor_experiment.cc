@@ -8,7 +8,6 @@
 
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
-#include "problems/result/csv_file.h"
 #include "problems/result/statistics.h"
 #include "problems/result/yaml_text.h"
 #include "problems/trajectory/trajectory_config.h"

@@ -4,7 +4,6 @@
 
 #include "problems/common/atomic_file.h"
 #include "problems/prediction/multi_step_experiment.h"
-#include "problems/result/csv_file.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "problems/common/atomic_file.h"
 #include "problems/common/parallel.h"
 #include "problems/prediction/multi_step_experiment.h"
 #include "problems/prediction/tube.h"
-#include "problems/result/csv_file.h"
 
 namespace trueline {
 namespace {
