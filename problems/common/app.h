@@ -17,6 +17,18 @@ inline constexpr int kExitRefused = 4;
 // The program's version, as stated in every result.
 std::string Version();
 
+// What a user reads where a verb fails, on the command line and from Python.
+struct Failure {
+  int code;          // the program's exit code
+  std::string text;  // names place and remedy; control characters are replaced
+};
+
+// Of the exception that is being handled.
+Failure CurrentFailure();
+
+// A message quotes what a log holds; its control characters would reach the terminal.
+std::string Printable(std::string text);
+
 // Runs `body` and turns InputError into one message on standard error and exit code 2, any other
 // exception into exit code 1.
 int RunGuarded(const std::string& program, const std::function<int()>& body);

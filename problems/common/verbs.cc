@@ -3,10 +3,9 @@
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
-#include <unistd.h>
+#include <unistd.h>  // environ (a GNU extension, on for C++)
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <numeric>
 #include <system_error>
@@ -22,33 +21,6 @@ const std::string kPrefix = "trueline-";
 bool IsExecutable(const fs::path& path) {
   std::error_code error;
   return fs::is_regular_file(path, error) && access(path.c_str(), X_OK) == 0;
-}
-
-// Standard output of `program --help`; nothing when it can't be started.
-std::string HelpText(const fs::path& program) {
-  std::array<int, 2> ends{};
-  if (pipe2(ends.data(), O_CLOEXEC) != 0) return "";
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  std::string path = program.string();
-  std::string help = "--help";
-  std::array<char*, 3> arguments = {path.data(), help.data(), nullptr};
-  pid_t child = 0;
-  const int started =
-      posix_spawn(&child, path.c_str(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  close(ends[1]);
-
-  std::string text;
-  std::array<char, 4096> buffer{};
-  for (ssize_t n = 0; (n = read(ends[0], buffer.data(), buffer.size())) > 0;) {
-    text.append(buffer.data(), static_cast<std::size_t>(n));
-  }
-  close(ends[0]);
-  if (started == 0) waitpid(child, nullptr, 0);
-  return text;
 }
 
 // Levenshtein distance: insertions, deletions and replacements.
@@ -68,6 +40,35 @@ std::size_t EditDistance(const std::string& a, const std::string& b) {
 }
 
 }  // namespace
+
+ProgramRun RunProgram(std::vector<std::string> command, int stream) {
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) return {};
+  posix_spawn_file_actions_t actions;
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawn_file_actions_adddup2(&actions, ends[1], stream);
+  if (stream == STDOUT_FILENO) {
+    ::posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  }
+  std::vector<char*> argv;
+  argv.reserve(command.size() + 1);
+  for (std::string& word : command) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  pid_t child = 0;
+  const int failed = ::posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
+  ::posix_spawn_file_actions_destroy(&actions);
+  ::close(ends[1]);
+  ProgramRun run;
+  char part[4096];
+  for (ssize_t size = 0; (size = ::read(ends[0], part, sizeof part)) > 0;) {
+    run.text.append(part, static_cast<std::size_t>(size));
+  }
+  ::close(ends[0]);
+  int status = 0;
+  if (failed != 0 || ::waitpid(child, &status, 0) < 0 || !WIFEXITED(status)) return run;
+  run.code = WEXITSTATUS(status);
+  return run;
+}
 
 std::map<std::string, fs::path> FindVerbs(const std::vector<fs::path>& folders) {
   std::map<std::string, fs::path> verbs;
@@ -94,7 +95,7 @@ std::vector<fs::path> VerbFolders() {
 }
 
 std::string OneLineHelp(const fs::path& program) {
-  const std::string text = HelpText(program);
+  const std::string text = RunProgram({program.string(), "--help"}, STDOUT_FILENO).text;
   const std::string name = program.filename().string() + ": ";  // as gflags begins its help
   const std::size_t begin = text.starts_with(name) ? name.size() : 0;
   const std::size_t line_end = text.find('\n', begin);

@@ -8,6 +8,15 @@
 
 namespace trueline {
 
+// What a program wrote, and its exit code; -1 where it could not be started or was killed.
+struct ProgramRun {
+  int code = -1;
+  std::string text;
+};
+// Runs `command`, found in PATH, and collects its standard output or standard error (`stream`:
+// STDOUT_FILENO, which drops the other, or STDERR_FILENO).
+ProgramRun RunProgram(std::vector<std::string> command, int stream);
+
 // Verb -> program. Where two folders hold the same verb the earlier folder wins, as in PATH.
 // Folders that do not exist hold none.
 std::map<std::string, std::filesystem::path> FindVerbs(
