@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {

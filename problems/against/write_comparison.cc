@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "problems/common/atomic_file.h"
-#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

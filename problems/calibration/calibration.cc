@@ -11,7 +11,7 @@
 
 #include "problems/calibration/conflict.h"
 #include "problems/common/error.h"
-#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {

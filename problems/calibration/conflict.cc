@@ -11,7 +11,7 @@
 
 #include "problems/calibration/estimators.h"
 #include "problems/effects/declaration.h"
-#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {

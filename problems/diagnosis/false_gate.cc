@@ -5,7 +5,7 @@
 
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/log/fixes.h"
-#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {

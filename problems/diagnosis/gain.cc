@@ -1,7 +1,6 @@
 #include "problems/diagnosis/gain.h"
 
 #include "problems/common/random.h"
-#include "problems/result/distributions.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {

@@ -7,7 +7,7 @@
 
 #include "problems/common/parallel.h"
 #include "problems/diagnosis/score_test.h"
-#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {

@@ -12,7 +12,7 @@
 #include "problems/diagnosis/rules.h"
 #include "problems/diagnosis/steps.h"
 #include "problems/diagnosis/witness.h"
-#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 

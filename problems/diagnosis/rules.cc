@@ -9,7 +9,7 @@
 
 #include "problems/diagnosis/evidence_sum.h"
 #include "problems/diagnosis/linearisation.h"
-#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {

@@ -11,7 +11,6 @@
 #include <optional>
 
 #include "problems/diagnosis/agreement.h"
-#include "problems/result/distributions.h"
 #include "problems/result/statistics.h"
 #include "problems/trajectory/mocap_path.h"
 

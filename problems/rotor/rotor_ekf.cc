@@ -8,7 +8,7 @@
 
 #include "problems/chain/small_product.h"
 #include "problems/common/error.h"
-#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 #include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_slopes.h"
 #include "problems/rotor/rotor_step.h"

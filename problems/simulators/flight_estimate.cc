@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "problems/common/error.h"
-#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 #include "problems/simulators/first_fit.h"
 #include "problems/simulators/motor_response.h"
 

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "problems/calibration/conflict.h"
-#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "problems/result/distributions.h"
 #include "problems/result/estimate.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 

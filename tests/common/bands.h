@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 

@@ -1,8 +1,7 @@
-#include "problems/result/distributions.h"
-
 #include <gtest/gtest.h>
 
 #include "problems/common/random.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
