@@ -7,7 +7,7 @@
 #include "problems/common/app.h"
 #include "problems/common/sha256.h"
 #include "problems/common/yaml_archive.h"
-#include "problems/prediction/gzip_columns.h"
+#include "problems/prediction/prediction_run.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

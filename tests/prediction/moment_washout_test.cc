@@ -1,10 +1,10 @@
 // What part of a modelled moment turns a vehicle whose controller cancels slow disturbances.
-#include "problems/prediction/moment_washout.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+
+#include "problems/prediction/wrench_experiment.h"
 
 namespace trueline {
 namespace {

@@ -6,7 +6,6 @@
 #include <array>
 #include <fstream>
 
-#include "problems/prediction/gzip_columns.h"
 #include "problems/prediction/prediction_run.h"
 #include "tests/common/test_files.h"
 
