@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "problems/common/units.h"
-#include "problems/simulation/ahrs.h"
 #include "problems/simulation/airframe.h"
+#include "problems/simulation/imu.h"
 
 namespace trueline::simulation {
 

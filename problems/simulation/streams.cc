@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/common/random.h"
 #include "problems/common/yaml_archive.h"
-#include "problems/simulation/noise.h"
 
 namespace trueline::simulation {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "problems/simulation/noise.h"
+#include "problems/common/random.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline::testing_simulation {
