@@ -80,7 +80,7 @@
 #include "problems/import/row_filter.h"
 #include "problems/import/source.h"
 #include "problems/log/flight_log.h"
-#include "problems/trajectory/fix_sampler.h"
+#include "problems/trajectory/mocap_path.h"
 #include "problems/trajectory/straight.h"
 
 namespace trueline {

@@ -8,7 +8,7 @@
 #include "problems/common/parallel.h"
 #include "problems/observability/assessment.h"
 #include "problems/observability/e2log.h"
-#include "problems/observability/local_gramian.h"
+#include "problems/observability/lie_derivatives.h"
 #include "problems/trajectory/limits.h"
 
 namespace trueline {

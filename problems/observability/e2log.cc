@@ -5,7 +5,7 @@
 
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
-#include "problems/observability/local_gramian.h"
+#include "problems/observability/lie_derivatives.h"
 
 namespace trueline {
 namespace {

@@ -1,6 +1,9 @@
 #include "problems/trajectory/mocap_path.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "problems/common/error.h"
 
 namespace trueline {
 
@@ -32,6 +35,67 @@ std::optional<Eigen::Vector3d> PositionAt(const std::vector<PoseSample>& mocap, 
   if (span > max_gap) return std::nullopt;
   const double share = SecondsBetween(before->t, t) / span;
   return (1.0 - share) * before->p_E + share * after->p_E;
+}
+
+namespace {
+
+void Require(bool holds, const char* option, const char* remedy) {
+  if (!holds) throw InputError(fmt::format("fix sampling: '{}' {}", option, remedy));
+}
+
+std::vector<TimeNs> RandomTimes(const Straight& straight, int count, Random* random) {
+  std::vector<TimeNs> times(static_cast<std::size_t>(count));
+  const auto span = static_cast<double>(straight.to - straight.from);
+  for (TimeNs& t : times) t = straight.from + std::llround(random->Uniform(0.0, span));
+  std::sort(times.begin(), times.end());
+  return times;
+}
+
+// Error of one axis in units of sigma.
+double UnitError(const FixSamplerOptions& options, Random* random) {
+  return options.student_dof > 0.0 ? random->StudentT(options.student_dof) : random->Normal();
+}
+
+Eigen::Vector3d DrawFixError(const FixSamplerOptions& options, double sigma, Random* random) {
+  if (options.outlier_share > 0.0 && random->Bernoulli(options.outlier_share)) {
+    return options.outlier_size * random->NormalVector3();
+  }
+  Eigen::Vector3d error;
+  for (double& axis : error) axis = sigma * UnitError(options, random);
+  return error;
+}
+
+}  // namespace
+
+void FixSamplerOptions::Check() const {
+  Require(min_count >= 1, "min_count", "must be at least 1");
+  Require(max_count >= min_count, "max_count", "must not be below min_count");
+  Require(sigma_factor >= 0.0, "sigma_factor", "must not be negative");
+  Require(sigma_floor > 0.0, "sigma_floor", "must be positive (m)");
+  Require(student_dof >= 0.0, "student_dof", "must not be negative; 0 is Gaussian");
+  Require(outlier_share >= 0.0 && outlier_share <= 1.0, "outlier_share", "must be within 0 and 1");
+  Require(outlier_size >= 0.0, "outlier_size", "must not be negative (m)");
+  Require(max_gap > 0.0, "max_gap", "must be positive (s)");
+}
+
+std::vector<Fix> SampleFixes(const std::vector<PoseSample>& mocap,
+                             const std::vector<Straight>& straights,
+                             const FixSamplerOptions& options, Random& random) {
+  options.Check();
+  std::vector<Fix> fixes;
+  for (const Straight& straight : straights) {
+    const int count = random.UniformInt(options.min_count, options.max_count);
+    for (const TimeNs t : RandomTimes(straight, count, &random)) {
+      const auto truth = PositionAt(mocap, t, options.max_gap);
+      if (!truth) continue;
+      const double distance = (*truth - straight.gate.position).norm();
+      const double sigma = std::max(options.sigma_floor, options.sigma_factor * distance);
+      const Eigen::Vector3d error = DrawFixError(options, sigma, &random);
+      if (!fixes.empty() && t <= fixes.back().t) continue;  // stamps of a stream rise strictly
+      fixes.push_back({t, *truth + error, sigma, straight.gate.id});
+    }
+  }
+  return fixes;
 }
 
 }  // namespace trueline

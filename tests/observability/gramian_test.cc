@@ -6,7 +6,7 @@
 
 #include "problems/common/error.h"
 #include "problems/observability/e2log.h"
-#include "problems/observability/local_gramian.h"
+#include "problems/observability/lie_derivatives.h"
 #include "problems/observability/variational_gramian.h"
 #include "tests/observability/empirical_gramian.h"
 #include "tests/observability/test_vehicle.h"

@@ -1,11 +1,10 @@
-#include "problems/trajectory/fix_sampler.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "problems/common/error.h"
+#include "problems/trajectory/mocap_path.h"
 
 namespace trueline {
 namespace {
