@@ -164,34 +164,25 @@ Eigen::MatrixXd Considered(const RotorExperiment& experiment, const Flown& flown
                               ConsideredVariants(flown.log, options, {}));
 }
 
-RotorEkfRun RunFilter(const RotorAeroModel& model, const Flown& flown,
-                      const RotorEkfOptions& options, TrialRow* trial) {
-  constexpr std::size_t kEvery = 6;  // every sixth pose: about 0.2 s
-  const RotorConstants& truth = flown.truth.constants;
-  RotorEkfRun run = RunRotorEkf(model, flown.data, options);
-  for (std::size_t i = 0; i < run.history.size(); i += kEvery) {
-    const RotorEstimate& estimate = run.history[i];
-    trial->history.push_back({estimate.t, estimate.mean - truth, estimate.sigma});
-  }
-  trial->filter_error = run.history.back().mean - truth;
-  return run;
+TrialRow::Estimate EstimateOf(const RotorConstants& error, const Eigen::MatrixXd& cov) {
+  return {error, cov.diagonal().cwiseMax(0.0).cwiseSqrt()};
 }
 
-void RunOrdinaryFilter(const RotorAeroModel& model, const Flown& flown, const RotorNoise& noise,
-                       const RotorPrior& prior, const Eigen::MatrixXd& considered,
-                       TrialRow* trial) {
+Eigen::MatrixXd ConstantsOf(const RotorEkfRun& run) {
   constexpr int kConstants = RotorAeroModel::kConstants;
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  trial->ordinary_error.setConstant(kNone);
-  trial->ordinary_sigma.setConstant(kNone);
-  RotorEkfOptions options{noise, prior};
+  return run.cov.bottomRightCorner<kConstants, kConstants>();
+}
+
+TrialRow::Estimate RunOrdinaryFilter(const RotorAeroModel& model, const Flown& flown,
+                                     RotorEkfOptions options, const Eigen::MatrixXd& considered) {
   options.passes = 0;
   try {
     const RotorEkfRun run = RunRotorEkf(model, flown.data, options);
-    trial->ordinary_error = run.history.back().mean - flown.truth.constants;
-    const Eigen::MatrixXd cov = run.cov.bottomRightCorner<kConstants, kConstants>() + considered;
-    trial->ordinary_sigma = cov.diagonal().cwiseMax(0.0).cwiseSqrt();
+    return EstimateOf(run.history.back().mean - flown.truth.constants,
+                      ConstantsOf(run) + considered);
   } catch (const InputError&) {  // it diverged
+    const RotorConstants none = RotorConstants::Constant(std::numeric_limits<double>::quiet_NaN());
+    return {none, none};
   }
 }
 
@@ -201,20 +192,6 @@ std::string DescriptionOf(const RotorExperiment& experiment, const FlightKindSou
                      experiment.seed, experiment.learn_noise, kind.name, kind.kind, kind.best_of,
                      kind.evaluations, kind.file.empty() ? "" : Sha256OfFile(kind.file));
 }
-
-// Result of the work before a kind's flights, as it is stored.
-struct PreparedRow {
-  std::vector<double> breaks;                        // of the path; empty: none
-  std::vector<std::vector<Eigen::Vector4d>> pieces;  // its coefficients
-  RotorNoise noise;
-
-  template <class Archive>
-  void Fields(Archive& archive) {
-    archive(breaks, pieces, noise.accel, noise.gyro, noise.position, noise.attitude,
-            noise.force_density, noise.angular_density, noise.angular_drift,
-            noise.angular_drift_time);
-  }
-};
 
 // The path that all flights of a kind share, if they do.
 std::optional<PiecewisePolynomial> SamePath(const RotorExperiment& experiment,
@@ -252,29 +229,15 @@ RotorNoise NoiseFor(const RotorExperiment& experiment, const PiecewisePolynomial
   return options.noise;
 }
 
-PreparedRow Prepare(const RotorExperiment& experiment, const FlightKindSource& kind, int threads,
+// Result of the work before a kind's flights, as it is stored: noise and, of a shared path, path.
+std::string Prepare(const RotorExperiment& experiment, const FlightKindSource& kind, int threads,
                     bool quiet) {
   const auto path = SamePath(experiment, kind, threads, quiet);
-  PreparedRow row;
-  row.noise = NoiseFor(experiment, path ? *path : RandomPath(experiment, experiment.seed));
-  if (!path) return row;
-  row.breaks = path->breaks();
-  for (const FlatMatrix& c : path->coefficients()) {
-    row.pieces.emplace_back(c.colwise().begin(), c.colwise().end());
-  }
-  return row;
-}
-
-std::optional<PiecewisePolynomial> PathOf(const PreparedRow& row) {
-  if (row.breaks.empty()) return std::nullopt;
-  std::vector<FlatMatrix> coefficients;
-  for (const auto& piece : row.pieces) {
-    coefficients.emplace_back(kFlatOutputs, static_cast<Eigen::Index>(piece.size()));
-    for (std::size_t j = 0; j < piece.size(); ++j) {
-      coefficients.back().col(static_cast<Eigen::Index>(j)) = piece[j];
-    }
-  }
-  return PiecewisePolynomial(row.breaks, std::move(coefficients));
+  YAML::Node prepared;
+  prepared["noise"] =
+      ToYaml(NoiseFor(experiment, path ? *path : RandomPath(experiment, experiment.seed)));
+  if (path) prepared["path"] = YAML::Load(TrajectoryYaml(*path));
+  return TextOf(prepared);
 }
 
 void AddJobs(const RotorExperiment& experiment, const FlightKindSource& source,
@@ -282,16 +245,12 @@ void AddJobs(const RotorExperiment& experiment, const FlightKindSource& source,
   Announce(source.name, quiet);
   const std::string description = DescriptionOf(experiment, source);
   const std::string text = ReuseOrMake(folder, KeyOf(description), [&] {
-                             std::string line;
-                             PreparedRow made = Prepare(experiment, source, threads, quiet);
-                             RowText archive(&line);
-                             archive(made);
-                             return line;
+                             return Prepare(experiment, source, threads, quiet);
                            }).text;
-  PreparedRow row;
-  RowText(text, source.name)(row);
-  const auto kind =
-      std::make_shared<const RotorFlightKind>(RotorFlightKind{experiment, PathOf(row), row.noise});
+  const YamlMap prepared(YAML::Load(text), source.name, "");
+  RotorFlightKind ready{experiment, std::nullopt, FromYaml<RotorNoise>(prepared.Child("noise"))};
+  if (prepared.Has("path")) ready.path = TrajectoryOf(prepared.Child("path"));
+  const auto kind = std::make_shared<const RotorFlightKind>(std::move(ready));
   for (int i = 0; i < experiment.flights; ++i) {
     Job job;
     job.log = source.name;
@@ -313,30 +272,33 @@ TrialRow FlyTrial(const RotorFlightKind& kind, std::uint64_t seed) {
   const RotorPrior prior = DrawGuess(experiment.prior, flown.truth.constants, seed);
   trial.path_error = flown.truth.path_error_rms;
   trial.first_guess = prior.mean - flown.truth.constants;
+  const RotorConstants& truth = flown.truth.constants;
   RotorEkfOptions filter_options{kind.noise, prior};
   LearnDelays(experiment, filter_options, &flown);
   filter_options.passes = experiment.passes;
-  const RotorEkfRun filter = RunFilter(model, flown, filter_options, &trial);
+  const RotorEkfRun filter = RunRotorEkf(model, flown.data, filter_options);
+  constexpr std::size_t kEvery = 6;  // every sixth pose: about 0.2 s
+  for (std::size_t i = 0; i < filter.history.size(); i += kEvery) {
+    const RotorEstimate& estimate = filter.history[i];
+    trial.history.push_back({estimate.t, {estimate.mean - truth, estimate.sigma}});
+  }
   RotorBatchOptions options{kind.noise, prior};
   options.widen = experiment.widen;
   const RotorBatchResult batch =
       WithoutSpeedNoiseBias(model, flown.data, options, RunRotorBatch(model, flown.data, options));
   if (!batch.converged) throw InputError("the batch did not converge");
-  trial.batch_error = batch.mean - flown.truth.constants;
   const Eigen::MatrixXd considered = Considered(experiment, flown, options, batch);
-  RunOrdinaryFilter(model, flown, kind.noise, prior, considered, &trial);
+  trial.ordinary = RunOrdinaryFilter(model, flown, {kind.noise, prior}, considered);
   const Eigen::MatrixXd batch_cov = batch.cov + considered;
-  trial.batch_sigma = batch_cov.diagonal().cwiseMax(0.0).cwiseSqrt();
-  trial.batch_nees = Nees(batch_cov, trial.batch_error, prior.Free());
-  constexpr int kConstants = RotorAeroModel::kConstants;
-  const Eigen::MatrixXd filter_cov =
-      filter.cov.bottomRightCorner<kConstants, kConstants>() + considered;
-  trial.filter_sigma = filter_cov.diagonal().cwiseMax(0.0).cwiseSqrt();
-  trial.filter_nees = Nees(filter_cov, trial.filter_error, prior.Free());
-  trial.bound = RotorBound(model, flown.data, {experiment.simulation.noise, prior}, flown.nodes,
-                           flown.truth.constants)
-                    .diagonal()
-                    .cwiseSqrt();
+  trial.batch = EstimateOf(batch.mean - truth, batch_cov);
+  trial.batch_nees = Nees(batch_cov, trial.batch.error, prior.Free());
+  const Eigen::MatrixXd filter_cov = ConstantsOf(filter) + considered;
+  trial.filter = EstimateOf(filter.history.back().mean - truth, filter_cov);
+  trial.filter_nees = Nees(filter_cov, trial.filter.error, prior.Free());
+  trial.bound =
+      RotorBound(model, flown.data, {experiment.simulation.noise, prior}, flown.nodes, truth)
+          .diagonal()
+          .cwiseSqrt();
   return trial;
 }
 

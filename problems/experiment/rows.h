@@ -172,23 +172,28 @@ struct EstimateRow {
   }
 };
 
-// Estimates of one rotor-driven flight by filter and batch. Errors are estimate less truth.
+// Estimates of one rotor-driven flight. Errors are estimate less truth; NaN if it diverged.
 struct TrialRow {
-  struct Moment {    // of the filter
-    double t = 0.0;  // s
+  struct Estimate {
     RotorConstants error, sigma;
 
     template <class Archive>
     void Fields(Archive& archive) {
-      archive(t, error, sigma);
+      archive(error, sigma);
+    }
+  };
+  struct Moment {    // of the filter
+    double t = 0.0;  // s
+    Estimate estimate;
+
+    template <class Archive>
+    void Fields(Archive& archive) {
+      archive(t, estimate);
     }
   };
   RotorConstants first_guess;  // less truth
-  RotorConstants filter_error, filter_sigma;
-  // Of an ordinary extended filter, which flies everything once, as Wuest et al. 2019 have it; NaN
-  // if it diverged.
-  RotorConstants ordinary_error, ordinary_sigma;
-  RotorConstants batch_error, batch_sigma;
+  // `ordinary` is an extended filter that flies everything once, as Wuest et al. 2019 have it.
+  Estimate filter, ordinary, batch;
   RotorConstants bound;                        // sigma
   double filter_nees = 0.0, batch_nees = 0.0;  // by degree of freedom
   double path_error = 0.0;                     // m
@@ -196,8 +201,8 @@ struct TrialRow {
 
   template <class Archive>
   void Fields(Archive& archive) {
-    archive(first_guess, filter_error, filter_sigma, ordinary_error, ordinary_sigma, batch_error,
-            batch_sigma, bound, filter_nees, batch_nees, path_error, history);
+    archive(first_guess, filter, ordinary, batch, bound, filter_nees, batch_nees, path_error,
+            history);
   }
 };
 

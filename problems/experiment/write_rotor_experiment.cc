@@ -21,16 +21,17 @@ constexpr double k95 = 1.959964;
 
 // Sums over the trials of one kind; `axes` are the constants that form one score.
 EstimatorScore Score(const Trials& trials, const std::vector<int>& axes,
-                     RotorConstants TrialRow::*error, RotorConstants TrialRow::*sigma) {
+                     TrialRow::Estimate TrialRow::*estimate) {
   EstimatorScore score;
   int inside = 0;
   for (const TrialRow* trial : trials) {
-    if (!(trial->*error).allFinite()) {
+    const auto& [error, sigma] = trial->*estimate;
+    if (!error.allFinite()) {
       ++score.diverged;
       continue;
     }
     for (const int i : axes) {
-      const double e = (trial->*error)[i], s = (trial->*sigma)[i];
+      const double e = error[i], s = sigma[i];
       score.rmse += e * e;
       score.mean_error += e;
       score.sigma += s * s;
@@ -58,9 +59,9 @@ ConstantScore ScoreOf(const Trials& trials, const std::string& name, const std::
   ConstantScore score;
   score.name = name;
   score.unit = kRotorConstants[axes.front()].unit;
-  score.filter = Score(trials, axes, &TrialRow::filter_error, &TrialRow::filter_sigma);
-  score.ordinary = Score(trials, axes, &TrialRow::ordinary_error, &TrialRow::ordinary_sigma);
-  score.batch = Score(trials, axes, &TrialRow::batch_error, &TrialRow::batch_sigma);
+  score.filter = Score(trials, axes, &TrialRow::filter);
+  score.ordinary = Score(trials, axes, &TrialRow::ordinary);
+  score.batch = Score(trials, axes, &TrialRow::batch);
   score.bound = RootMean(trials, axes, &TrialRow::bound);
   score.first_guess = RootMean(trials, axes, &TrialRow::first_guess);
   return score;
@@ -201,8 +202,8 @@ void PrintTrials(const RotorExperiment& experiment, const ExperimentRun& run, st
         const RotorConstantInfo& info = kRotorConstants[i];
         fmt::print(out, "{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
                    outcome.job.log, outcome.job.seed, info.name, info.unit, t.first_guess[i],
-                   t.filter_error[i], t.filter_sigma[i], t.ordinary_error[i], t.ordinary_sigma[i],
-                   t.batch_error[i], t.batch_sigma[i], t.bound[i]);
+                   t.filter.error[i], t.filter.sigma[i], t.ordinary.error[i], t.ordinary.sigma[i],
+                   t.batch.error[i], t.batch.sigma[i], t.bound[i]);
       }
     }
   }
@@ -220,8 +221,8 @@ std::vector<Moment> MomentsOf(const std::vector<const TrialRow*>& trials) {
   for (const TrialRow* trial : trials) {
     if (moments.size() < trial->history.size()) moments.resize(trial->history.size());
     for (std::size_t j = 0; j < trial->history.size(); ++j) {
-      const TrialRow::Moment& estimate = trial->history[j];
-      moments[j].t = estimate.t;
+      const auto& [time, estimate] = trial->history[j];
+      moments[j].t = time;
       ++moments[j].count;
       moments[j].error += estimate.error;
       moments[j].square += estimate.error.cwiseAbs2();

@@ -104,7 +104,10 @@ std::string TrajectoryYaml(const PiecewisePolynomial& path) {
 }
 
 PiecewisePolynomial ReadTrajectoryFile(const std::filesystem::path& file) {
-  const YamlMap map = YamlMap::FromFile(file);
+  return TrajectoryOf(YamlMap::FromFile(file));
+}
+
+PiecewisePolynomial TrajectoryOf(const YamlMap& map) {
   map.GetChoice("frame", {"NED"}, "NED");
   const auto breaks = map.Get<std::vector<double>>("breaks");
   std::vector<FlatMatrix> coefficients;

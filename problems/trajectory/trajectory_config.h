@@ -20,6 +20,7 @@ FlightLimits ReadLimits(const YamlMap& map);
 
 // breaks and coefficients, as trueline-design writes them and `kind: file` reads them.
 std::string TrajectoryYaml(const PiecewisePolynomial& path);
+PiecewisePolynomial TrajectoryOf(const YamlMap& map);
 PiecewisePolynomial ReadTrajectoryFile(const std::filesystem::path& file);
 
 // States and rotor speeds at `rate` Hz as CSV, columns `name [unit]`.

@@ -55,7 +55,7 @@ TEST(RotorExperiment, ATrialOfThePapersExperimentWritesItsResult) {
   ASSERT_EQ(summary["kinds"].size(), 2u);
   EXPECT_EQ(summary["kinds"][0]["flights"].as<int>(), 2);
   EXPECT_TRUE(summary["kinds"][0]["groups"]["r_BP"]["batch"]["rmse"].IsDefined());
-  EXPECT_EQ(RenderReport("rotor_experiment", {"--result=" + out.string()}, out), "");
+  EXPECT_EQ(RunReport("rotor_experiment", {"--result=" + out.string()}, out / "report.html"), "");
   const PiecewisePolynomial figure = ReadTrajectoryFile(out / "trajectory_best_Lissajous.yaml");
   EXPECT_DOUBLE_EQ(figure.duration(), experiment.duration);
   fs::remove_all(out);
@@ -67,7 +67,7 @@ TEST(RotorExperiment, ResultsDoNotDependOnThreads) {
   experiment.duration = 3.0;
   const ExperimentRun one = RunAll(experiment, 1), two = RunAll(experiment, 2);
   const auto error = [](const ExperimentRun& run, int i) {
-    return run.outcomes[i].result.trials.front().batch_error;
+    return run.outcomes[i].result.trials.front().batch.error;
   };
   for (int i = 0; i < 2; ++i) EXPECT_EQ(error(one, i), error(two, i));
   EXPECT_NE(error(one, 0), error(one, 1));
@@ -127,7 +127,7 @@ double SquaredErrors(const std::vector<const TrialRow*>& trials,
   for (const TrialRow* trial : trials) {
     for (const std::string& name : names) {
       const int i = FindRotorConstant(name);
-      sum += std::pow(trial->batch_error[i] / trial->batch_sigma[i], 2);
+      sum += std::pow(trial->batch.error[i] / trial->batch.sigma[i], 2);
     }
   }
   return sum;
