@@ -100,9 +100,23 @@ Square AddSegments(const RotorDrivenSystem& system, const Flight& flight,
   return 0.5 * (total + total.transpose());
 }
 
+}  // namespace
+
+std::vector<SegmentTimes> SplitIntoSegments(const PiecewisePolynomial& path, double longest) {
+  std::vector<SegmentTimes> segments;
+  for (int piece = 0; piece < path.num_pieces(); ++piece) {
+    const double length = path.breaks()[piece + 1] - path.breaks()[piece];
+    const int parts = std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9)));
+    for (int i = 0; i < parts; ++i) {
+      segments.push_back({piece, path.breaks()[piece] + i * length / parts, length / parts});
+    }
+  }
+  return segments;
+}
+
 template <class Flight>
-Eigen::MatrixXd GramianOf(const RotorDrivenSystem& system, const Flight& flight,
-                          const std::vector<double>& weights, const E2logOptions& options) {
+Eigen::MatrixXd E2log(const RotorDrivenSystem& system, const Flight& flight,
+                      const std::vector<double>& weights, const E2logOptions& options) {
   if (!(options.segment > 0.0)) {
     throw InputError(fmt::format("E2LOG segment of {} s; use 0.02 to 0.5 s", options.segment));
   }
@@ -124,28 +138,9 @@ Eigen::MatrixXd GramianOf(const RotorDrivenSystem& system, const Flight& flight,
   }
 }
 
-}  // namespace
-
-std::vector<SegmentTimes> SplitIntoSegments(const PiecewisePolynomial& path, double longest) {
-  std::vector<SegmentTimes> segments;
-  for (int piece = 0; piece < path.num_pieces(); ++piece) {
-    const double length = path.breaks()[piece + 1] - path.breaks()[piece];
-    const int parts = std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9)));
-    for (int i = 0; i < parts; ++i) {
-      segments.push_back({piece, path.breaks()[piece] + i * length / parts, length / parts});
-    }
-  }
-  return segments;
-}
-
-Eigen::MatrixXd E2log(const RotorDrivenSystem& system, const RotorFlight& flight,
-                      const std::vector<double>& weights, const E2logOptions& options) {
-  return GramianOf(system, flight, weights, options);
-}
-
-Eigen::MatrixXd E2log(const RotorDrivenSystem& system, const NominalFlight& flight,
-                      const std::vector<double>& weights, const E2logOptions& options) {
-  return GramianOf(system, flight, weights, options);
-}
+template Eigen::MatrixXd E2log(const RotorDrivenSystem&, const RotorFlight&,
+                               const std::vector<double>&, const E2logOptions&);
+template Eigen::MatrixXd E2log(const RotorDrivenSystem&, const NominalFlight&,
+                               const std::vector<double>&, const E2logOptions&);
 
 }  // namespace trueline

@@ -29,13 +29,10 @@ std::vector<SegmentTimes> SplitIntoSegments(const PiecewisePolynomial& path, dou
 
 // kErrors x kErrors, with respect to the error state at the start of the flight. `weights` scale
 // the outputs: ones for the papers' Gramian, RotorDrivenSystem::OutputWeights() for Fisher
-// information. Throws InputError for an order or a segment out of range.
-Eigen::MatrixXd E2log(const RotorDrivenSystem& system, const RotorFlight& flight,
-                      const std::vector<double>& weights, const E2logOptions& options);
-
-// The same of a recorded flight: states at the start of each segment as `flight` has them, inputs
-// as polynomials of the order's degree fitted to it over the segment.
-Eigen::MatrixXd E2log(const RotorDrivenSystem& system, const NominalFlight& flight,
+// information. Throws InputError for an order or a segment out of range. Flight: RotorFlight, or a
+// recorded NominalFlight, whose inputs are polynomials of the order's degree fitted over a segment.
+template <class Flight>
+Eigen::MatrixXd E2log(const RotorDrivenSystem& system, const Flight& flight,
                       const std::vector<double>& weights, const E2logOptions& options);
 
 }  // namespace trueline
