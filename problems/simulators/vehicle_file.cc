@@ -380,23 +380,36 @@ std::vector<VehicleFile> ReadVehicleFiles(const std::vector<std::string>& paths)
   return vehicles;
 }
 
-std::vector<std::string> Corrected(const VehicleFile& file, const NeutralVehicle& vehicle,
-                                   const std::vector<std::string>& names) {
-  constexpr int kDigits = 6;
+namespace {
+
+// The texts of the files with what `text_of` gives in the places of the readings; "": as it is.
+template <class Text>
+std::vector<std::string> WithTexts(const VehicleFile& file, const Text& text_of) {
   std::vector<std::vector<FileEdit>> edits(file.files.size());
   for (const Reading& reading : file.readings) {
-    const bool asked = std::ranges::any_of(
-        names, [&](const std::string& name) { return States(reading.field->name, name); });
-    if (!asked || reading.leaf == nullptr) continue;
-    const double number = FileNumber(reading, file, vehicle);
-    if (std::abs(number - reading.number) <= 1e-12 * std::abs(number)) continue;
-    edits[reading.file].push_back({reading.leaf->place, NumberText(number, kDigits)});
+    const std::string text = reading.leaf != nullptr ? text_of(reading) : "";
+    if (!text.empty()) edits[reading.file].push_back({reading.leaf->place, text});
   }
   std::vector<std::string> texts;
   for (std::size_t i = 0; i < edits.size(); ++i) {
     texts.push_back(Edited(file.files[i]->text(), edits[i]));
   }
   return texts;
+}
+
+}  // namespace
+
+std::vector<std::string> Corrected(const VehicleFile& file, const NeutralVehicle& vehicle,
+                                   const std::vector<std::string>& names) {
+  constexpr int kDigits = 6;
+  return WithTexts(file, [&](const Reading& reading) -> std::string {
+    const bool asked = std::ranges::any_of(
+        names, [&](const std::string& name) { return States(reading.field->name, name); });
+    if (!asked) return "";
+    const double number = FileNumber(reading, file, vehicle);
+    const bool same = std::abs(number - reading.number) <= 1e-12 * std::abs(number);
+    return same ? "" : NumberText(number, kDigits);
+  });
 }
 
 VehicleFile ReadVehicleTexts(const Target& target, const std::vector<ParameterFile>& files) {
@@ -415,22 +428,17 @@ std::vector<std::string> WrittenFor(const VehicleFile& skeleton, const NeutralVe
   for (const auto& [name, value] : skeleton.vehicle.body) {
     if (name.starts_with("raw_")) written.body[name] = value;
   }
-  std::vector<std::vector<FileEdit>> edits(skeleton.files.size());
-  for (const Reading& reading : skeleton.readings) {
+  return WithTexts(skeleton, [&](const Reading& reading) -> std::string {
     const std::string name = reading.field->name;
-    if (name.starts_with("raw_") || reading.leaf == nullptr) continue;
+    if (name.starts_with("raw_")) return "";
     const double value = written.Get(name, reading.rotor);
-    const bool turn = std::isalpha(static_cast<unsigned char>(reading.leaf->text[0])) != 0;
-    const double number = reading.field->unit.ToFile((value - reading.offset) / reading.scale,
-                                                     written, reading.rotor);
-    edits[reading.file].push_back(
-        {reading.leaf->place, turn ? (value < 0.0 ? "ccw" : "cw") : NumberText(number, kDigits)});
-  }
-  std::vector<std::string> texts;
-  for (std::size_t i = 0; i < edits.size(); ++i) {
-    texts.push_back(Edited(skeleton.files[i]->text(), edits[i]));
-  }
-  return texts;
+    if (std::isalpha(static_cast<unsigned char>(reading.leaf->text[0])) != 0) {
+      return value < 0.0 ? "ccw" : "cw";
+    }
+    return NumberText(reading.field->unit.ToFile((value - reading.offset) / reading.scale, written,
+                                                 reading.rotor),
+                      kDigits);
+  });
 }
 
 }  // namespace trueline
