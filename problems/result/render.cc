@@ -45,23 +45,17 @@ std::string RunReport(const std::string& verb, const std::vector<std::string>& a
                                  "give --report=false");
 }
 
-std::string RenderReport(const std::string& verb, const std::vector<std::string>& arguments,
-                         const std::filesystem::path& directory) {
-  const std::string failure = RunReport(verb, arguments, directory / "report.html");
-  return failure.empty() ? "" : failure + "; the other results are complete";
-}
-
 void Publish(const std::string& verb, bool report, bool quiet, const std::string& table,
              ResultFolder* out, const std::vector<std::string>& more) {
   std::string failure;
   if (report) {
     std::vector<std::string> arguments = {"--result=" + out->path().string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    failure = RenderReport(verb, arguments, out->path());
+    failure = RunReport(verb, arguments, out->path() / "report.html");
   }
   out->Commit(quiet);
   if (!quiet) fmt::print("{}", table);
-  if (!failure.empty()) throw InputError(failure);
+  if (!failure.empty()) throw InputError(failure + "; the other results are complete");
 }
 
 }  // namespace trueline

@@ -14,14 +14,9 @@ namespace trueline {
 std::string RunReport(const std::string& verb, const std::vector<std::string>& arguments,
                       const std::filesystem::path& out);
 
-// The same for directory/report.html. A failure says that the other results are complete: they are
-// worth writing and printing before the run ends in it.
-std::string RenderReport(const std::string& verb, const std::vector<std::string>& arguments,
-                         const std::filesystem::path& directory);
-
 // Ends a run: renders the report VERB if `report`, commits the result folder, prints the table
 // unless `quiet`. report.py gets the result folder and the arguments in `more`. Throws InputError
-// at the end if the report failed.
+// at the end if the report failed: the other results are complete, worth writing and printing.
 void Publish(const std::string& verb, bool report, bool quiet, const std::string& table,
              ResultFolder* out, const std::vector<std::string>& more = {});
 

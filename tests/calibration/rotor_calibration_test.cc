@@ -181,7 +181,7 @@ TEST(RotorCalibration, WritesWhatOthersRead) {
   EXPECT_GE(yaml["open_loop"].size(), 1u);
   EXPECT_THAT(ReadText(out / "windows.csv"), AllOf(HasSubstr(",filter,"), HasSubstr(",batch,")));
   EXPECT_THAT(ReadText(out / "trajectory.csv"), HasSubstr("t [s],estimator,kind,tau,x [m]"));
-  EXPECT_EQ(RenderReport("rotors", {"--result=" + out.string()}, out), "");
+  EXPECT_EQ(RunReport("rotors", {"--result=" + out.string()}, out / "report.html"), "");
   EXPECT_THAT(ReadText(out / "report.html"), HasSubstr("Calibration by rotor speeds"));
   // The model of this flight is the prior of the next, except for the biases.
   const RotorCalibrationOptions next = ResolveRotorOptions("", (out / "model.yaml").string(), log);

@@ -51,7 +51,8 @@ TEST(MultiStepExperiment, LeavesOneTrajectoryOutAndWritesItsFiles) {
   EXPECT_EQ(summary["scores"].size(), 8u);
   EXPECT_EQ(summary["fit"]["numbers"]["I_x"]["unit"].as<std::string>(), "kg m^2");
   EXPECT_EQ(summary["published"].size(), experiment.published.size());
-  EXPECT_EQ(RenderReport("multi_step", {"--result=" + (folder / "out").string()}, folder / "out"),
+  EXPECT_EQ(RunReport("multi_step", {"--result=" + (folder / "out").string()},
+                      folder / "out/report.html"),
             "");
   EXPECT_THAT(MultiStepTable(experiment, result), HasSubstr("rotor by rotor"));
 }
