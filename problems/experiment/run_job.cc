@@ -8,6 +8,7 @@
 #include "problems/log/native_log.h"
 #include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
+#include "problems/trajectory/mocap_path.h"
 #include "problems/vgd/vgd.h"
 #include "problems/vgd/window_estimate.h"
 
@@ -67,17 +68,11 @@ void AddArcs(const EstimatorRun& run, const std::string& label, JobResult* resul
 
 constexpr double kPathInterval = 0.04;  // s: 25 Hz is enough for a plot
 
-// The velocity of mocap's positions: the slope over the samples within kSlopeHalf.
 std::vector<TrajectoryPoint> MocapPath(const std::vector<PoseSample>& samples) {
-  constexpr TimeNs kSlopeHalf = kNsPerSecond / 20;
+  const std::vector<Eigen::Vector3d> v_E = PathVelocity(samples, kNsPerSecond / 20);
   std::vector<TrajectoryPoint> points;
-  std::size_t first = 0, last = 0;
-  for (const PoseSample& sample : samples) {
-    while (samples[first].t < sample.t - kSlopeHalf) ++first;
-    while (last + 1 < samples.size() && samples[last + 1].t <= sample.t + kSlopeHalf) ++last;
-    const double seconds = SecondsBetween(samples[first].t, samples[last].t);
-    const Eigen::Vector3d way = samples[last].p_E - samples[first].p_E;
-    points.push_back({sample.t, sample.p_E, way / (seconds > 0.0 ? seconds : kNoNumber)});
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    points.push_back({samples[i].t, samples[i].p_E, v_E[i]});
   }
   return points;
 }

@@ -7,14 +7,14 @@
 
 namespace trueline {
 
-std::vector<Eigen::Vector3d> PathVelocity(const std::vector<PoseSample>& mocap) {
-  constexpr TimeNs kHalfWindow = kNsPerSecond / 10;
+std::vector<Eigen::Vector3d> PathVelocity(const std::vector<PoseSample>& mocap,
+                                          TimeNs half_window) {
   std::vector<Eigen::Vector3d> velocity(mocap.size(), Eigen::Vector3d::Zero());
   std::size_t first = 0;
   std::size_t last = 0;
   for (std::size_t i = 0; i < mocap.size(); ++i) {
-    while (mocap[i].t - mocap[first].t > kHalfWindow) ++first;
-    while (last + 1 < mocap.size() && mocap[last + 1].t - mocap[i].t <= kHalfWindow) ++last;
+    while (mocap[i].t - mocap[first].t > half_window) ++first;
+    while (last + 1 < mocap.size() && mocap[last + 1].t - mocap[i].t <= half_window) ++last;
     // At least the neighbours, if the record is slow or has a gap.
     const std::size_t from = std::min(first, i > 0 ? i - 1 : 0);
     const std::size_t to = std::min(std::max(last, i + 1), mocap.size() - 1);

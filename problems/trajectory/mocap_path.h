@@ -10,9 +10,10 @@
 
 namespace trueline {
 
-// Velocity at each sample (m/s, E): difference over the samples within +-0.1 s, at least over the
-// neighbours. The span suppresses position noise of millimetres.
-std::vector<Eigen::Vector3d> PathVelocity(const std::vector<PoseSample>& mocap);
+// Velocity at each sample (m/s, E): difference over the samples within +-`half_window`, at least
+// over the neighbours. The usual span suppresses position noise of millimetres.
+std::vector<Eigen::Vector3d> PathVelocity(const std::vector<PoseSample>& mocap,
+                                          TimeNs half_window = kNsPerSecond / 10);
 
 inline constexpr double kMocapGap = 0.2;  // s, across which a path is known from its ends
 
