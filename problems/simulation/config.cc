@@ -244,7 +244,7 @@ SimulationConfig ReadSimulationConfig(const YamlMap& map) {
     map.Fail("detector", "is of the gates' camera, which a flight with gnss lacks; leave it out");
   }
   ReadActingEffects(map, ActorsOf(config), &config.effects);
-  config.forces = ReadUnnamedForces(map, &config.terms);
+  config.forces = ReadUnnamedForces(map, &config.effects);
   ReadRandomise(map.ChildOrEmpty("randomise"), &config);
   map.Finish();
   return config;

@@ -168,12 +168,6 @@ struct GnssConfig {
 using SensorSettings = std::map<std::string, std::map<std::string, double>>;
 SensorSettings DefaultSensors();
 
-// One entry of `effects:`, its parameters by name (units in the catalogue, effects.h).
-struct EffectSetting {
-  std::string id;
-  std::map<std::string, double> values;
-};
-
 // One entry of `forces:` (forces.h).
 struct UnnamedForce {
   int axis = 0;                                     // x, y, z of B, then of E
@@ -218,9 +212,8 @@ struct SimulationConfig {
   simulation::DetectorConfig detector;
   simulation::GnssConfig gnss;
   simulation::SensorSettings sensors = simulation::DefaultSensors();
-  std::vector<simulation::EffectSetting> effects;
+  std::vector<Effect> effects;  // units in the catalogue (effects.h); terms are those of `forces`
   std::vector<simulation::UnnamedForce> forces;
-  std::vector<Effect> terms;  // of the open catalogue (forces.h)
   std::map<std::string, simulation::Range> randomise;
 };
 

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "problems/common/error.h"
+#include "problems/simulation/forces.h"
 
 namespace trueline::simulation {
 namespace {
@@ -169,8 +170,7 @@ std::vector<EffectDefinition> MakeImuDrivenEffects() {
 }
 
 // The values of a setting, checked against the definition, with defaults for missing ones.
-std::map<std::string, double> Complete(const EffectSetting& effect,
-                                       const EffectDefinition& definition) {
+std::map<std::string, double> Complete(const Effect& effect, const EffectDefinition& definition) {
   std::map<std::string, double> values;
   std::vector<std::string> known;
   for (const EffectParameter& parameter : definition.parameters) {
@@ -213,8 +213,8 @@ const EffectDefinition* FindEffect(const std::string& id) {
   return nullptr;
 }
 
-EffectSetting ReadEffect(const YamlMap& map) {
-  EffectSetting effect;
+Effect ReadEffect(const YamlMap& map) {
+  Effect effect;
   effect.id = map.Get<std::string>("id");
   const EffectDefinition* definition = FindEffect(effect.id);
   if (definition == nullptr) {
@@ -240,7 +240,7 @@ std::string WrongIndex(const std::string& name, double value, const std::vector<
                      fmt::join(known, ", "));
 }
 
-std::string WrongValue(const EffectSetting& effect, const Actors& flight) {
+std::string WrongValue(const Effect& effect, const Actors& flight) {
   const EffectValues p(effect.values);
   if (effect.id == "rotor_loss") {
     std::vector<int> rotors(flight.rotors);
@@ -259,7 +259,7 @@ std::string WrongValue(const EffectSetting& effect, const Actors& flight) {
 
 }  // namespace
 
-std::string WhyIdle(const EffectSetting& effect, const Actors& flight) {
+std::string WhyIdle(const Effect& effect, const Actors& flight) {
   const Stages stages = StagesWith({effect}, 9.81);
   const bool of_gates =
       !stages.gate.empty() || !stages.false_gate.empty() || !stages.gate_vector.empty();
@@ -273,8 +273,7 @@ std::string WhyIdle(const EffectSetting& effect, const Actors& flight) {
   return WrongValue(effect, flight);
 }
 
-void ReadActingEffects(const YamlMap& map, const Actors& flight,
-                       std::vector<EffectSetting>* effects) {
+void ReadActingEffects(const YamlMap& map, const Actors& flight, std::vector<Effect>* effects) {
   for (const YamlMap& entry : map.Children("effects")) {
     effects->push_back(ReadEffect(entry));
     const std::string idle = WhyIdle(effects->back(), flight);
@@ -282,9 +281,13 @@ void ReadActingEffects(const YamlMap& map, const Actors& flight,
   }
 }
 
-Stages StagesWith(const std::vector<EffectSetting>& effects, double gravity) {
+Stages StagesWith(const std::vector<Effect>& effects, double gravity) {
   Stages stages;
-  for (const EffectSetting& effect : effects) {
+  for (const Effect& effect : effects) {
+    if (effect.term) {
+      AddTerm(effect, &stages);
+      continue;
+    }
     const EffectDefinition* definition = FindEffect(effect.id);
     if (definition == nullptr) {
       throw InputError(fmt::format("unknown effect '{}'; use one of: {}", effect.id,

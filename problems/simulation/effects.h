@@ -111,7 +111,7 @@ std::vector<std::string> EffectIds();
 const EffectDefinition* FindEffect(const std::string& id);
 
 // One entry of `effects:`, {id: wind, w_x: 1, w_y: 0}. Throws InputError naming file, line and key.
-EffectSetting ReadEffect(const YamlMap& map);
+Effect ReadEffect(const YamlMap& map);
 
 // What a flight has for effects to act on.
 struct Actors {
@@ -124,13 +124,12 @@ struct Actors {
 
 // Why the effect would change nothing in such a flight, or has a value that means nothing; empty
 // where it acts.
-std::string WhyIdle(const EffectSetting& effect, const Actors& flight);
+std::string WhyIdle(const Effect& effect, const Actors& flight);
 
 // Appends the list under `effects:`. Throws InputError for an effect that is idle in this flight.
-void ReadActingEffects(const YamlMap& map, const Actors& flight,
-                       std::vector<EffectSetting>* effects);
+void ReadActingEffects(const YamlMap& map, const Actors& flight, std::vector<Effect>* effects);
 
-// Throws InputError for an unknown id or a missing or unknown parameter.
-Stages StagesWith(const std::vector<EffectSetting>& effects, double gravity);
+// With the terms among them. Throws InputError for an unknown id or a missing or unknown parameter.
+Stages StagesWith(const std::vector<Effect>& effects, double gravity);
 
 }  // namespace trueline::simulation

@@ -123,12 +123,10 @@ Effect ReadFlownTerm(const YamlMap& entry) {
   return effect;
 }
 
-void AddTerms(const std::vector<Effect>& terms, Stages* stages) {
-  for (const Effect& effect : terms) {
-    const auto term = std::make_shared<FlownTerm>(effect);
-    auto& stage = effect.term->on == TermOn::kForce ? stages->force : stages->turn;
-    stage.push_back([term](const Flow& flow, Vector3d* sum) { *sum += term->InBody(flow); });
-  }
+void AddTerm(const Effect& term, Stages* stages) {
+  const auto flown = std::make_shared<FlownTerm>(term);
+  auto& stage = term.term->on == TermOn::kForce ? stages->force : stages->turn;
+  stage.push_back([flown](const Flow& flow, Vector3d* sum) { *sum += flown->InBody(flow); });
 }
 
 namespace {
@@ -161,11 +159,11 @@ std::vector<int> Factors(const YamlMap& map, std::string product) {
 
 }  // namespace
 
-std::vector<UnnamedForce> ReadUnnamedForces(const YamlMap& map, std::vector<Effect>* terms) {
+std::vector<UnnamedForce> ReadUnnamedForces(const YamlMap& map, std::vector<Effect>* effects) {
   std::vector<UnnamedForce> forces;
   for (const YamlMap& entry : map.Children("forces")) {
     if (entry.Has("id")) {
-      terms->push_back(ReadFlownTerm(entry));
+      effects->push_back(ReadFlownTerm(entry));
       continue;
     }
     UnnamedForce force;

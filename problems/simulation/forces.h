@@ -28,12 +28,12 @@ namespace trueline::simulation {
 // and what goes with the battery's voltage.
 Effect ReadFlownTerm(const YamlMap& entry);
 
-// Forces and angular accelerations, computed at every step of the integration.
-void AddTerms(const std::vector<Effect>& terms, Stages* stages);
+// A force or an angular acceleration, computed at every step of the integration.
+void AddTerm(const Effect& term, Stages* stages);
 
 // Throws InputError for an unknown axis or variable. Entries with an `id: term` are those of a
-// model.yaml; they go to `terms`.
-std::vector<UnnamedForce> ReadUnnamedForces(const YamlMap& map, std::vector<Effect>* terms);
+// model.yaml; they go to `effects`.
+std::vector<UnnamedForce> ReadUnnamedForces(const YamlMap& map, std::vector<Effect>* effects);
 
 // An entry of `forces`, as it is read.
 YAML::Node ToYaml(const UnnamedForce& force);

@@ -59,7 +59,6 @@ FlightSetup MakeSetup(const SimulationConfig& config) {
   setup.ahrs = config.ahrs;
   setup.gravity = config.gravity;
   setup.stages = StagesWith(config.effects, config.gravity);
-  AddTerms(config.terms, &setup.stages);
   const double rate = config.imu.rate;
   setup.first = -static_cast<int>(std::ceil(config.warm_up * rate));
   setup.last = static_cast<int>(StreamTimes(rate, config.duration).size()) - 1;

@@ -44,12 +44,10 @@ simulation::VehicleConfig MakeVehicle(const RotorSimulation& config) {
 }
 
 simulation::Stages MakeStages(const RotorSimulation& config) {
-  std::vector<simulation::EffectSetting> effects = config.effects;
+  std::vector<Effect> effects = config.effects;
   const Vector3d arm = Parameter(config, Model::kImuArm) - Parameter(config, Model::kCentre);
   effects.push_back({"imu_lever_arm", {{"r_x", arm.x()}, {"r_y", arm.y()}, {"r_z", arm.z()}}});
-  simulation::Stages stages = simulation::StagesWith(effects, config.vehicle.model.gravity());
-  simulation::AddTerms(config.terms, &stages);
-  return stages;
+  return simulation::StagesWith(effects, config.vehicle.model.gravity());
 }
 
 simulation::ImuConfig MakeImu(const RotorSimulation& config) {
@@ -296,7 +294,7 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
   flight.rotors = config->vehicle.model.num_rotors();
   flight.above_floor = config->height > 0.0;
   simulation::ReadActingEffects(map, flight, &config->effects);
-  config->forces = simulation::ReadUnnamedForces(map, &config->terms);
+  config->forces = simulation::ReadUnnamedForces(map, &config->effects);
   map.Finish();
 }
 

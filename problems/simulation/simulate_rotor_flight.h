@@ -42,11 +42,10 @@ struct RotorSimulation {
   // Rotors driven by motor commands and a battery, with motors.csv and battery.csv; left out:
   // speeds are commanded directly.
   std::optional<simulation::MotorDriveConfig> motors;
-  std::optional<simulation::BladeConfig> blades;   // left out: rotors in air at rest
-  bool log_rotors = true;                          // false: no rotors.csv
-  std::vector<simulation::EffectSetting> effects;  // of the catalogue, such as rotor_loss
+  std::optional<simulation::BladeConfig> blades;  // left out: rotors in air at rest
+  bool log_rotors = true;                         // false: no rotors.csv
+  std::vector<Effect> effects;  // of the catalogue, such as rotor_loss, and terms of `forces`
   std::vector<simulation::UnnamedForce> forces;
-  std::vector<Effect> terms;  // of the open catalogue (forces.h)
 };
 
 // States at the times of the IMU samples.

@@ -30,7 +30,7 @@ YAML::Node VectorNode(const Vector3d& value) {
 }
 
 bool Has(const SimulationTruth& truth, const std::vector<std::string>& ids) {
-  for (const simulation::EffectSetting& effect : truth.config.effects) {
+  for (const Effect& effect : truth.config.effects) {
     if (std::find(ids.begin(), ids.end(), effect.id) != ids.end()) return true;
   }
   return false;
@@ -78,7 +78,7 @@ YAML::Node AhrsErrorNode(const SimulationTruth& truth) {
   return node;
 }
 
-YAML::Node EffectNode(const simulation::EffectSetting& effect) {
+YAML::Node EffectNode(const Effect& effect) {
   YAML::Node entry = FlowMap({{"id", effect.id}});
   for (const auto& [name, value] : effect.values) entry[name] = Rounded(value, kDigits);
   return entry;
@@ -97,11 +97,11 @@ YAML::Node ListNode(const std::vector<YAML::Node>& entries) {
 template <class Config>
 void AddHidden(const Config& config, YAML::Node* node) {
   std::vector<YAML::Node> effects, forces;
-  for (const simulation::EffectSetting& effect : config.effects) {
-    effects.push_back(EffectNode(effect));
-  }
   for (const simulation::UnnamedForce& force : config.forces) forces.push_back(ToYaml(force));
-  for (const Effect& term : config.terms) forces.push_back(ToYaml(term));
+  for (const Effect& effect : config.effects) {
+    if (effect.term) forces.push_back(ToYaml(effect));
+    if (!effect.term) effects.push_back(EffectNode(effect));
+  }
   (*node)["effects"] = ListNode(effects);
   (*node)["forces"] = ListNode(forces);
 }

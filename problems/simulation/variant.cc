@@ -25,7 +25,8 @@ std::map<std::string, double*> Tunables(SimulationConfig* config) {
   add({"b_gx", "b_gy", "b_gz"}, &config->imu.gyro_bias);
   add({"phi_I_B", "theta_I_B", "psi_I_B"}, &config->imu.misalignment);
   add({"phi_E_Ep", "theta_E_Ep", "psi_E_Ep"}, &config->ahrs.constant);
-  for (simulation::EffectSetting& effect : config->effects) {
+  for (Effect& effect : config->effects) {
+    if (effect.term) continue;
     for (auto& [name, value] : effect.values) tunables[effect.id + "." + name] = &value;
   }
   return tunables;
@@ -42,7 +43,7 @@ std::string WhyWrong(const SimulationConfig& config, const std::string& name) {
   }
   if (name == "tilt_gain" && !(config.ahrs.tilt_gain > 0.0)) return "must be above zero";
   if (name == "turbulence_memory" && config.turbulence.memory < 0.0) return "must be zero or above";
-  for (const simulation::EffectSetting& effect : config.effects) {
+  for (const Effect& effect : config.effects) {
     if (name.starts_with(effect.id + ".")) return WhyIdle(effect, ActorsOf(config));
   }
   return "";
@@ -84,10 +85,10 @@ SimulationConfig WithModel(const SimulationConfig& config, const YamlMap& model)
   }
   for (const YamlMap& entry : model.Children("effects")) {
     if (entry.Get<std::string>("id") == "term") {
-      flown.terms.push_back(simulation::ReadFlownTerm(entry));
+      flown.effects.push_back(simulation::ReadFlownTerm(entry));
       continue;
     }
-    simulation::EffectSetting effect{entry.Get<std::string>("id"), {}};
+    Effect effect{entry.Get<std::string>("id"), {}};
     for (const std::string& key : entry.Keys()) {
       if (key != "id") effect.values[key] = entry.Get<double>(key);
     }

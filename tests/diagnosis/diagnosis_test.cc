@@ -24,7 +24,7 @@ using testing_diagnosis::Hidden;
 using testing_diagnosis::kSigmaFactor;
 using testing_diagnosis::SquaredErrors;
 
-FlightLog FlyHiding(const std::vector<simulation::EffectSetting>& effects, std::uint64_t seed) {
+FlightLog FlyHiding(const std::vector<Effect>& effects, std::uint64_t seed) {
   SimulationConfig config = testing_simulation::ReadShipped("iros2016");
   config.effects = effects;
   config.detector.sigma_factor = 0.05;
@@ -197,8 +197,8 @@ TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
 // References share the scale of fixes and lack the wind: the wind alone has changed. Against
 // references that have it, nothing has.
 TEST(Diagnose, SlowAgainstReferencesNamesWhatHasChanged) {
-  const simulation::EffectSetting scale{"fix_scale", {{"s", 0.2}}};
-  const simulation::EffectSetting wind{"wind", {{"w_x", 1.0}, {"w_y", -0.6}}};
+  const Effect scale{"fix_scale", {{"s", 0.2}}};
+  const Effect wind{"wind", {{"w_x", 1.0}, {"w_y", -0.6}}};
   const FlightLog flight = FlyHiding({scale, wind}, 22);
   const FlightLog before = FlyHiding({scale}, 28), again = FlyHiding({scale, wind}, 29);
   ImuDiagnosisOptions options;

@@ -17,7 +17,7 @@ struct Replayed {
   Misfit misfit;
 };
 
-Replayed ReplayFlight(const std::vector<simulation::EffectSetting>& effects) {
+Replayed ReplayFlight(const std::vector<Effect>& effects) {
   SimulationConfig config = testing_simulation::ReadShipped("iros2016");
   config.duration = 60.0;
   config.effects = effects;

@@ -17,8 +17,7 @@ using testing_diagnosis::ExpectCause;
 using testing_diagnosis::Hidden;
 using testing_diagnosis::SquaredErrors;
 
-FlightLog FlyRotorsHiding(const std::vector<simulation::EffectSetting>& effects, double duration,
-                          std::uint64_t seed) {
+FlightLog FlyRotorsHiding(const std::vector<Effect>& effects, double duration, std::uint64_t seed) {
   RotorSimulation sim(WuestVehicle());
   sim.noise = {0.4, 0.03, 0.003, 0.005, 0.05, 0.3};
   sim.height = 1.2;
@@ -220,8 +219,8 @@ TEST(DiagnoseRotors, SlowDescribesAHeadingThatIsReadWrong) {
 
 // On further flights: a moment that repeats, and a load that is picked up once.
 TEST(DiagnoseRotors, SlowCountsWhatRepeats) {
-  const simulation::EffectSetting moment{"air_moment", {{"roll", 1.5e-3}, {"pitch", 2e-3}}};
-  const simulation::EffectSetting load{"payload_step", {{"t_step", 6.0}, {"mass", 0.03}}};
+  const Effect moment{"air_moment", {{"roll", 1.5e-3}, {"pitch", 2e-3}}};
+  const Effect load{"payload_step", {{"t_step", 6.0}, {"mass", 0.03}}};
   const Diagnosis both =
       Diagnose({FlyRotorsHiding({moment, load}, 12.0, 10), FlyRotorsHiding({moment}, 12.0, 11)},
                RotorOptions(false));

@@ -119,7 +119,7 @@ TEST(Term, TheModelsComputeWhatTheSimulatorFlies) {
       Effect effect{"term", {{"size", 0.7}}};
       effect.term = std::make_shared<TermForm>(ParseTerm(where, symbols));
       simulation::Stages stages;
-      simulation::AddTerms({effect}, &stages);
+      simulation::AddTerm(effect, &stages);
       Eigen::Vector3d force = Eigen::Vector3d::Zero(), turn = force;
       simulation::Apply(stages.force, flow, &force);
       simulation::Apply(stages.turn, flow, &turn);

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 constexpr double kGain = 0.05;  // 1/s
 const Vector3d kBias(0.006, -0.004, 0.005);
 
-FlightLog Filtered(const std::vector<simulation::EffectSetting>& effects = {}) {
+FlightLog Filtered(const std::vector<Effect>& effects = {}) {
   SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
   config.duration = 50.0;
   config.imu.gyro_bias = kBias;
