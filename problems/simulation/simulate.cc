@@ -7,7 +7,6 @@
 #include "problems/simulation/course.h"
 #include "problems/simulation/flight.h"
 #include "problems/simulation/forces.h"
-#include "problems/simulation/gate_camera.h"
 #include "problems/simulation/streams.h"
 
 namespace trueline {
