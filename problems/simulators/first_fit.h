@@ -1,8 +1,9 @@
-// Thrust and inertia of a flight to within some percent, by sums alone: where a fit starts from
-// when a file is wrong by a factor.
+// What sums alone show of a flight: thrust and inertia to within some percent, where a fit starts
+// from when a file is wrong by a factor; the order of its rotors; and its motors.
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "problems/log/flight_log.h"
 #include "problems/simulators/neutral_vehicle.h"
@@ -29,5 +30,16 @@ struct RotorOrder {
   bool shown = false;  // false: roll and pitch tell nothing
 };
 RotorOrder OrderByFlight(const FlightLog& log, const NeutralVehicle& vehicle);
+
+// The motors of a flight that logs both their commands and their speeds.
+
+// Speeds follow slope u + offset with a lag of first order.
+struct MotorResponse {
+  double lag, lag_sigma;                // s
+  double full_speed, full_speed_sigma;  // rad/s, at u = 1
+};
+// None where the log lacks either, where commands explain little of the speeds, or
+// where parts of the flight show different lags.
+std::optional<MotorResponse> FindMotorResponse(const FlightLog& log);
 
 }  // namespace trueline

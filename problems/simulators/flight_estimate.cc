@@ -8,7 +8,6 @@
 #include "problems/common/error.h"
 #include "problems/result/statistics.h"
 #include "problems/simulators/first_fit.h"
-#include "problems/simulators/motor_response.h"
 
 namespace trueline {
 namespace {
