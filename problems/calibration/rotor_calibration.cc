@@ -11,7 +11,6 @@
 #include "problems/calibration/learn_rotor_noise.h"
 #include "problems/common/error.h"
 #include "problems/effects/declaration.h"
-#include "problems/effects/rotor_extension.h"
 #include "problems/result/identifiability.h"
 #include "problems/result/statistics.h"
 #include "problems/rotor/rotor_batch.h"

@@ -10,7 +10,7 @@
 
 #include "problems/calibration/calibration.h"
 #include "problems/calibration/open_loop.h"
-#include "problems/effects/rotor_extension.h"
+#include "problems/effects/declaration.h"
 #include "problems/result/statistics.h"
 #include "problems/rotor/rotor_batch.h"
 #include "problems/rotor/rotor_ekf.h"

@@ -8,7 +8,7 @@
 
 #include "problems/calibration/rotor_calibration.h"
 #include "problems/diagnosis/open_term.h"
-#include "problems/effects/rotor_extension.h"
+#include "problems/effects/declaration.h"
 #include "problems/rotor/rotor_normal.h"
 
 namespace trueline {

@@ -7,12 +7,22 @@
 #include <string>
 #include <vector>
 
+#include "cost_functions/models/rotor_effects.h"
 #include "problems/effects/effect.h"
+#include "problems/rotor/rotor_state.h"
 #include "problems/vgd/attitude_errors.h"
 
 namespace trueline {
 
-struct RotorExtension;  // rotor_extension.h
+// Effects of a rotor-driven flight, by id as in model.yaml, converted to changes of the model, of
+// its constants (linear drag and inflow are constants of RotorAeroModel) or of the rotors' input.
+struct RotorExtension {
+  RotorEffects effects;
+  RotorConstants added = RotorConstants::Zero();  // to the constants
+  double motor_lag = 0.0;                         // s
+
+  void Add(const std::string& constant, double value);
+};
 
 enum class EntersAt { kForce, kAttitude, kAccelerometer, kFix, kThrust, kLoad };
 enum class DriveKind { kImu, kRotors };
@@ -113,6 +123,10 @@ std::string NameOf(EntersAt enters);
 // Attitude at the first sample from t on; accurate enough to rotate small, slowly varying vectors.
 // There must be a sample.
 const Eigen::Quaterniond& AttitudeNear(const FlightLog& log, TimeNs t);
+
+RotorExtension RotorExtensionOf(const std::vector<Effect>& effects);
+// What they change in the model; terms take from the log what they need.
+RotorEffects RotorEffectsOn(const FlightLog& log, const std::vector<Effect>& effects);
 
 // The lists, each in a file of its own.
 std::vector<EffectInfo> ForceDeclarations();

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "problems/effects/declaration.h"
-#include "problems/effects/rotor_extension.h"
+#include "problems/vgd/term_series.h"
 
 namespace trueline {
 namespace {
@@ -16,6 +16,22 @@ constexpr char kRepeatAtTheEnd[] = "repeat the first manoeuvre at the end";
 constexpr char kTurnEachAxis[] = "roll, pitch and yaw one after another, hard, and hover between";
 
 }  // namespace
+
+void RotorExtension::Add(const std::string& constant, double value) {
+  added[FindRotorConstant(constant)] += value;
+}
+
+RotorExtension RotorExtensionOf(const std::vector<Effect>& effects) {
+  RotorExtension extension;
+  for (const Effect& effect : effects) InfoOf(effect).extend(effect, &extension);
+  return extension;
+}
+
+RotorEffects RotorEffectsOn(const FlightLog& log, const std::vector<Effect>& effects) {
+  RotorEffects on_log = RotorExtensionOf(effects).effects;
+  BindTerms(log, &on_log.terms);
+  return on_log;
+}
 
 std::vector<EffectInfo> RotorDrivenDeclarations() {
   using enum EntersAt;

@@ -3,7 +3,6 @@
 
 #include "cost_functions/models/rotation.h"
 #include "problems/effects/declaration.h"
-#include "problems/effects/rotor_extension.h"
 #include "problems/vgd/term_series.h"
 
 namespace trueline {

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "problems/common/error.h"
-#include "problems/effects/rotor_extension.h"
+#include "problems/effects/declaration.h"
 #include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_step.h"
 #include "problems/simulators/vehicle_file.h"

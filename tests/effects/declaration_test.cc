@@ -8,7 +8,6 @@
 
 #include "problems/common/error.h"
 #include "problems/effects/read_effects.h"
-#include "problems/effects/rotor_extension.h"
 #include "problems/simulation/effects.h"
 
 namespace trueline {

@@ -1,7 +1,7 @@
 // The effects of the estimators' model against the simulator's own physics of the same ids.
 #include <gtest/gtest.h>
 
-#include "problems/effects/rotor_extension.h"
+#include "problems/effects/declaration.h"
 #include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_step.h"
 #include "tests/rotor/rotor_flight_fixture.h"

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "problems/effects/rotor_extension.h"
+#include "problems/effects/declaration.h"
 #include "problems/effects/term.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 

@@ -6,7 +6,7 @@
 
 #include <numeric>
 
-#include "problems/effects/rotor_extension.h"
+#include "problems/effects/declaration.h"
 #include "problems/effects/term.h"
 #include "problems/rotor/rotor_step.h"
 #include "tests/rotor/rotor_flight_fixture.h"
