@@ -9,7 +9,7 @@
 
 #include <gflags/gflags.h>
 
-#include "problems/common/verb.h"
+#include "problems/common/app.h"
 
 namespace {
 trueline::Verb this_verb;  // of the file that includes this header

@@ -12,7 +12,6 @@
 #include "apps/python/log_arrays.h"
 #include "problems/common/app.h"
 #include "problems/common/error.h"
-#include "problems/common/verb.h"
 #include "problems/log/log_yaml.h"
 #include "problems/log/native_log.h"
 #include "problems/prediction/multi_step_score.h"

@@ -43,4 +43,9 @@ void NameStage(const std::filesystem::path& stage, const std::filesystem::path& 
 // `text` with the names that the user knows.
 std::string WithFinalNames(std::string text);
 
+// Lower-case hexadecimal SHA-256 of a file's bytes. Throws InputError when it can't be read.
+std::string Sha256OfFile(const std::filesystem::path& path);
+// The same of a text in memory.
+std::string Sha256OfText(const std::string& text);
+
 }  // namespace trueline

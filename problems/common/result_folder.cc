@@ -18,7 +18,6 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
-#include "problems/common/sha256.h"
 
 namespace trueline {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
-#include "problems/common/sha256.h"
 #include "problems/experiment/job.h"
 #include "problems/import/read_fixes_from_mocap.h"
 #include "problems/result/yaml_text.h"

@@ -11,10 +11,10 @@
 
 #include "problems/calibration/considered.h"
 #include "problems/calibration/learn_rotor_noise.h"
+#include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
 #include "problems/common/random.h"
-#include "problems/common/sha256.h"
 #include "problems/common/yaml_archive.h"
 #include "problems/experiment/job.h"
 #include "problems/experiment/overlay.h"

@@ -11,7 +11,6 @@
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
 #include "problems/common/progress.h"
-#include "problems/common/sha256.h"
 #include "problems/experiment/job.h"
 
 namespace trueline {

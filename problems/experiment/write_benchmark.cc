@@ -9,7 +9,6 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/parallel.h"
-#include "problems/common/sha256.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

@@ -8,8 +8,8 @@
 #include <map>
 
 #include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
-#include "problems/common/sha256.h"
 #include "problems/import/channel_row.h"
 #include "problems/import/cut.h"
 #include "problems/import/formats/open_recording.h"

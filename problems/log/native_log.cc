@@ -6,7 +6,6 @@
 
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
-#include "problems/common/sha256.h"
 #include "problems/log/csv_text.h"
 #include "problems/log/imu_health.h"
 #include "problems/log/log_yaml.h"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "problems/common/app.h"
-#include "problems/common/sha256.h"
+#include "problems/common/atomic_file.h"
 #include "problems/common/yaml_archive.h"
 #include "problems/prediction/prediction_run.h"
 #include "problems/result/yaml_text.h"
