@@ -69,8 +69,6 @@ std::vector<std::string> SplitPaths(const std::string& text);
 // program, else in the source tree. Throws InputError if it is in neither.
 std::string FindShared(const std::string& relative_path);
 
-// A verb of the program: its text, its flags, and what it runs. The command line starts one verb a
-// program (apps/main), the Python module calls all of them in one process (apps/python).
 using FlagValue = std::variant<std::string, bool, std::int32_t, std::uint64_t, double>;
 
 std::string TextOf(const FlagValue& value);
@@ -81,6 +79,8 @@ struct Flag {
   FlagValue value = initial;
 };
 
+// A verb of the program: its text, its flags, and what it runs. The command line starts one verb a
+// program (apps/main), the Python module calls all of them in one process (apps/python).
 class Verb {
  public:
   // The new flag's value; the reference stays valid.
