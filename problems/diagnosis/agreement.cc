@@ -81,6 +81,7 @@ StreamComparison AgainstGyroscope() {
                 return noiseless;
               },
           .own_errors = 0.5,
+          .stated_by = {{"ahrs_acceleration_error", kFeedback}},
           .passes = 2};
 }
 

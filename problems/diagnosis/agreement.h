@@ -24,6 +24,8 @@ struct StreamComparison {
   std::function<FlightLog(const FlightLog& log)> noiseless;
   // Of the ordinary sizes: the stream's own errors of the same kind, such as scale and delay.
   double own_errors = 0.0;
+  // Effects whose size a column of `rows`' offsets is, by id: no path is needed for them.
+  std::map<std::string, int> stated_by = {};
   // How often the log is corrected by what was found and compared again, where a large error spoils
   // what `noiseless` makes of it.
   int passes = 1;

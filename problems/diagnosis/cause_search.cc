@@ -103,7 +103,8 @@ class NamedCauseSearch {
     std::vector<Cause>& causes = outcome->causes;
     bool false_data = false_data_.has_value();
     while (!causes.empty()) {
-      AskWitnesses(outcome->flight->data(), outcome->flight->log(), &causes);
+      AskWitnesses(outcome->flight->data(), outcome->flight->log(), outcome->flight->Path(),
+                   &causes);
       if (others_->Any()) others_->Confirm(&causes);
       for (Cause& cause : causes) {
         AddOthersEvidence(options_, &cause);

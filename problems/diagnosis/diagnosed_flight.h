@@ -73,6 +73,7 @@ class DiagnosedFlight {
   virtual const FlightLog& log() const = 0;                // as recorded
   virtual const FlightLog& data() const { return log(); }  // as fitted, with the attitude used
   virtual CatalogueScope Scope() const = 0;
+  virtual std::vector<VelocitySample> Path() const { return {}; }  // of the last Fit, if it has one
 
   // Solves with the causes in the model, refines their values and learns the noise again.
   virtual void Fit(std::vector<Found>* found) = 0;

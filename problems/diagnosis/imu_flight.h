@@ -46,6 +46,7 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   DriveKind drive() const override { return DriveKind::kImu; }
   const FlightLog& log() const override { return log_->recorded; }
   const FlightLog& data() const override { return log_->data; }
+  std::vector<VelocitySample> Path() const override { return path_; }
   CatalogueScope Scope() const override;
   void Fit(std::vector<Found>* found) override;
   int clusters() const override { return plan_.clusters; }

@@ -150,7 +150,7 @@ class CauseSearch {
       std::vector<Cause> alone{CauseOf(t, flight_->clusters())};
       Cause& cause = alone.front();
       cause.evidence.prior = -std::log(static_cast<double>(tried_ * t.tried));
-      AskWitnesses(flight_->data(), flight_->log(), &alone);
+      AskWitnesses(flight_->data(), flight_->log(), flight_->Path(), &alone);
       AddIndependentEvidence(&cause);
       const EffectInfo* info = t.candidate.info;
       if (Refuted(cause, options_.alpha)) {

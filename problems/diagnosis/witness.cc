@@ -167,7 +167,7 @@ class StreamFit {
       return [&](const VectorXd& sizes) {
         FlightLog corrected = CorrectLog(log, EffectsAt(sizes), path_);
         if (acceleration) ShiftImu(sizes[sizes.size() - 1], &corrected);
-        return comparison_.rows(corrected);
+        return WithStated(sizes, comparison_.rows(corrected));
       };
     };
     std::optional<SizeEstimate> best;
@@ -176,8 +176,7 @@ class StreamFit {
       const FlightLog noiseless = comparison_.noiseless(log);
       const auto rest = BestSizes(rows_of(log), rows_of(noiseless), unknowns_);
       if (!rest) return std::nullopt;
-      const VectorXd before = best ? best->value - Neutral() : VectorXd(0.0 * rest->value);
-      best = SizeEstimate{before + rest->value, rest->sigma};
+      best = SizeEstimate{best ? Corrected(best->value) + rest->value : rest->value, rest->sigma};
       if (pass + 1 < comparison_.passes) log = CorrectLog(log, EffectsAt(rest->value), path_);
     }
     return best;
@@ -189,14 +188,39 @@ class StreamFit {
     for (Eigen::Index k = 0; k < neutral.size(); ++k) neutral[k] = unknowns_[k].value;
     return neutral;
   }
+  // What the log of the next pass is corrected for.
+  VectorXd Corrected(const VectorXd& sizes) const {
+    VectorXd corrected = sizes - Neutral();
+    Eigen::Index at = 0;
+    for (const Candidate& c : candidates_) {
+      if (comparison_.stated_by.contains(c.id())) corrected.segment(at, c.size()).setZero();
+      at += c.size();
+    }
+    return corrected;
+  }
   std::vector<Effect> EffectsAt(const VectorXd& sizes) const {
     std::vector<Effect> effects;
     Eigen::Index at = 0;
     for (const Candidate& c : candidates_) {
-      effects.push_back(c.At(sizes.segment(at, c.size())));
+      if (!comparison_.stated_by.contains(c.id())) {
+        effects.push_back(c.At(sizes.segment(at, c.size())));
+      }
       at += c.size();
     }
     return effects;
+  }
+  // Rows less what the effects of these sizes do that one of their columns states.
+  StreamRows WithStated(const VectorXd& sizes, StreamRows rows) const {
+    Eigen::Index at = 0;
+    for (const Candidate& c : candidates_) {
+      if (const auto stated = comparison_.stated_by.find(c.id());
+          stated != comparison_.stated_by.end()) {
+        rows.r -= sizes[at] * rows.nuisances.col(stated->second);
+        rows.nuisances.col(stated->second).setZero();
+      }
+      at += c.size();
+    }
+    return rows;
   }
 
   const FlightLog& log_;
@@ -367,11 +391,12 @@ void WidenByWitness(Cause* cause) {
   cause->sigma = (cause->sigma.cwiseAbs2() + beyond).cwiseSqrt();
 }
 
-void AskWitnesses(const FlightLog& log, const FlightLog& recorded, std::vector<Cause>* causes) {
+void AskWitnesses(const FlightLog& log, const FlightLog& recorded,
+                  const std::vector<VelocitySample>& fitted, std::vector<Cause>* causes) {
   if (causes->empty()) return;
   if (log.mocap.empty()) {
     for (Cause& cause : *causes) cause.witness = Silent("the log holds no mocap");
-    AskGyro(log, {}, causes);
+    AskGyro(log, fitted, causes);
     return;
   }
   const MocapComparison mocap(log);

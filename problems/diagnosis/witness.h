@@ -9,8 +9,9 @@ namespace trueline {
 
 // Asks for each cause's size and stores it as `witness`. Causes that act on one stream are asked
 // for together. `log`: as fitted, with the attitude that was used; `recorded`: with the fixes that
-// the fit left out.
-void AskWitnesses(const FlightLog& log, const FlightLog& recorded, std::vector<Cause>* causes);
+// the fit left out; `fitted`: the path of the fit, used where there is no mocap.
+void AskWitnesses(const FlightLog& log, const FlightLog& recorded,
+                  const std::vector<VelocitySample>& fitted, std::vector<Cause>* causes);
 
 // False for a sigma that says that the stream does not show the parameter.
 bool Shown(const EffectParameterInfo& parameter, double sigma);

@@ -42,9 +42,10 @@ Cause CauseOf(const Stated& stated) {
   return {candidate, value, sigma, 1e-6, {}, Gain(), Gain(), {}, {}};
 }
 
-Witness Ask(const FlightLog& log, const Stated& stated) {
+Witness Ask(const FlightLog& log, const Stated& stated,
+            const std::vector<VelocitySample>& fitted = {}) {
   std::vector<Cause> causes{CauseOf(stated)};
-  AskWitnesses(log, log, &causes);
+  AskWitnesses(log, log, fitted, &causes);
   return causes[0].witness;
 }
 
@@ -92,6 +93,31 @@ TEST(Witness, RefutesWhatIsNotThere) {
   EXPECT_EQ(Ask(log, {"tilt_scale", {{"s", 0.14}}}).says, "refutes");
 }
 
+// Without mocap: sparse fixes resolve no acceleration, so that an effect which follows it must be
+// seen without a path.
+TEST(Witness, TheGyroscopeShowsWhatTurnsTheAttitude) {
+  const FlightLog none = FlyFor(40.0, {}, 60);
+  std::uint64_t seed = 81;
+  for (const Stated& hidden :
+       {Stated{"ahrs_acceleration_error", {{"k", 0.8}}}, Stated{"ahrs_drag_error", {{"k", 0.5}}},
+        Stated{"attitude_latency", {{"tau", 0.08}}}, Stated{"tilt_scale", {{"s", 0.14}}}}) {
+    const auto shown_on = [&](const FlightLog& flown) {
+      FlightLog log = flown;
+      log.mocap.clear();
+      return Ask(log, hidden, MocapComparison(flown).path());
+    };
+    const Witness witness = shown_on(FlyFor(40.0, {hidden}, seed++));
+    EXPECT_EQ(witness.stream, "gyroscope") << hidden.id;
+    EXPECT_EQ(witness.says, "confirms") << hidden.id << ": " << witness.text;
+    // The simulated filter has an ordinary gain, too.
+    const Cause cause = CauseOf(hidden);
+    EXPECT_NEAR(witness.value[0], cause.value[0],
+                3.3 * std::hypot(witness.sigma[0], cause.candidate.Ordinary()[0]))
+        << witness.text;
+    EXPECT_EQ(shown_on(none).says, "refutes") << hidden.id;
+  }
+}
+
 // On the seconds that are asked for, and whatever constant offsets the stream has.
 TEST(Agreement, IsBetterWithTheStreamCorrected) {
   std::uint64_t seed = 71;
@@ -128,7 +154,7 @@ TEST(Witness, TwoEffectsOnOneStreamAreFoundTogether) {
   const Stated scale{"fix_scale", {{"s", 0.1}}}, latency{"fix_latency", {{"tau", 0.15}}};
   const FlightLog log = FlyFor(40.0, {scale, latency}, 63);
   std::vector<Cause> causes{CauseOf(scale), CauseOf(latency)};
-  AskWitnesses(log, log, &causes);
+  AskWitnesses(log, log, {}, &causes);
   for (const Cause& cause : causes) EXPECT_EQ(cause.witness.says, "confirms") << cause.witness.text;
 }
 
