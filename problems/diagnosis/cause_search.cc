@@ -28,8 +28,7 @@ std::vector<Cause> CausesFrom(const Rounds& rounds, const DiagnosedFlight& fligh
       confused.push_back(std::move(name));
     }
     causes.push_back({f.candidate, f.value, sigma, rounds.p[i], confused, Gain(), Gain(), {}, {}});
-    causes.back().evidence.flight =
-        FlightEvidenceOf(test, PriorSizes(*f.candidate.info), flight.clusters());
+    causes.back().evidence.flight = FlightEvidenceOf(test, PriorSizes(*f.candidate.info), flight.clusters());
     causes.back().evidence.prior = PriorEvidenceOf(f.candidate.id(), rounds.candidates);
   }
   return causes;
@@ -77,10 +76,6 @@ class NamedCauseSearch {
     best.set_aside = all_aside;
     best.candidates = reports;
     best.explained = Explained(first, best);
-    if (options_.measure_gain && !best.causes.empty()) {
-      HeldOutGains(*best.flight)
-          .Measure(*best.flight, best.rounds.found, &best.causes, &best.gain, &best.open_loop);
-    }
     return best;
   }
 
@@ -93,15 +88,31 @@ class NamedCauseSearch {
     for (Cause& cause : outcome.set_aside) cause.because = WhyNotNamed(cause, options_.alpha);
     outcome.causes = CausesFrom(outcome.rounds, *outcome.flight);
     if (false_data_) outcome.causes.insert(outcome.causes.begin(), *false_data_);
-    JudgeCauses(&outcome);
+    do {
+      JudgeCauses(&outcome);
+    } while (options_.measure_gain && LacksGain(&outcome));
     return outcome;
+  }
+
+  // Measures what the causes are worth on held-out flight. True if it sets one aside, which
+  // predicts that flight worse.
+  bool LacksGain(NamedCauses* outcome) {
+    outcome->gain = outcome->open_loop = Gain();
+    if (outcome->causes.empty()) return false;
+    HeldOutGains(*outcome->flight)
+        .Measure(*outcome->flight, outcome->rounds.found, &outcome->causes, &outcome->gain,
+                 &outcome->open_loop);
+    for (Cause& cause : outcome->causes) {
+      cause.evidence.held_out = HeldOutEvidence(cause.gain, cause.open_loop);
+      cause.because = WhyNotNamed(cause, options_.alpha);
+    }
+    return SetLeastAside(outcome);
   }
 
   // Sets aside the causes whose evidence does not suffice, the least first. The others are then
   // fitted and judged again.
   void JudgeCauses(NamedCauses* outcome) {
     std::vector<Cause>& causes = outcome->causes;
-    bool false_data = false_data_.has_value();
     while (!causes.empty()) {
       AskWitnesses(outcome->flight->data(), outcome->flight->log(), outcome->flight->Path(),
                    &causes);
@@ -110,22 +121,28 @@ class NamedCauseSearch {
         AddOthersEvidence(options_, &cause);
         cause.because = WhyNotNamed(cause, options_.alpha);
       }
-      const auto least = std::ranges::min_element(
-          causes, {}, [](const Cause& cause) { return cause.evidence.Total(); });
-      if (least->because.empty()) return;
-      outcome->set_aside.push_back(*least);
-      if (false_data && least == causes.begin()) {
-        causes.erase(least);
-        false_data = false;
-        continue;
-      }
-      const auto first = causes.begin() + (false_data ? 1 : 0);
-      outcome->rounds.Remove(static_cast<std::size_t>(least - first));
-      outcome->flight->Fit(&outcome->rounds.found);
-      const std::vector<Cause> left = CausesFrom(outcome->rounds, *outcome->flight);
-      causes.erase(first, causes.end());
-      causes.insert(causes.end(), left.begin(), left.end());
+      if (!SetLeastAside(outcome)) return;
     }
+  }
+
+  // Sets the cause of the least evidence aside, if it lacks any, and fits the others again.
+  static bool SetLeastAside(NamedCauses* outcome) {
+    std::vector<Cause>& causes = outcome->causes;
+    const auto least = std::ranges::min_element(
+        causes, {}, [](const Cause& cause) { return cause.evidence.Total(); });
+    if (least == causes.end() || least->because.empty()) return false;
+    outcome->set_aside.push_back(*least);
+    const auto first = causes.end() - static_cast<long>(outcome->rounds.found.size());
+    if (least < first) {  // false data, which are not in the fit
+      causes.erase(least);
+      return true;
+    }
+    outcome->rounds.Remove(static_cast<std::size_t>(least - first));
+    outcome->flight->Fit(&outcome->rounds.found);
+    const std::vector<Cause> left = CausesFrom(outcome->rounds, *outcome->flight);
+    causes.erase(first, causes.end());
+    causes.insert(causes.end(), left.begin(), left.end());
+    return true;
   }
 
   // Effects that were significant alone, and are neither named nor set aside.

@@ -62,13 +62,15 @@ struct Repeat {
 // Natural logarithms of likelihood ratios of a cause against none, by source (evidence_sum.h).
 struct EvidenceSum {
   double flight = 0.0;         // what was fitted
+  double held_out = 0.0;       // flight that took no part, where it is predicted worse
   double witness = 0.0;        // another stream of the log
   double other_flights = 0.0;  // further logs
   double prior = 0.0;          // one of as many candidates
 
-  double Total() const { return flight + witness + other_flights + prior; }
+  double Total() const { return flight + held_out + witness + other_flights + prior; }
   std::vector<std::pair<const char*, double>> Parts() const {
     return {{"flight", flight},
+            {"held-out flight", held_out},
             {"witness", witness},
             {"other flights", other_flights},
             {"prior", prior}};

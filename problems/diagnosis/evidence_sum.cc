@@ -17,6 +17,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double kMostEvidence = 11.5;  // log(1e5), of a source that trusts one model
+
 // Log density up to a constant that dimension and `dof` alone decide.
 double LogDensity(const VectorXd& distance, const MatrixXd& cov, double dof) {
   const auto size = static_cast<double>(distance.size());
@@ -78,7 +80,6 @@ double LogRatio(const VectorXd& estimate, const MatrixXd& cov, const VectorXd& e
 double FlightEvidenceOf(const ScoreTest& test, const VectorXd& sizes, int clusters,
                         const UnstatedErrors& errors) {
   constexpr double kExact = std::numeric_limits<double>::infinity();
-  constexpr double kMost = 11.5;  // log(1e5)
   // The order of magnitude of a size is not known.
   constexpr double kShares[] = {1.0, 0.25, 0.0625};
   const VectorXd none = VectorXd::Zero(test.value.size());
@@ -93,9 +94,9 @@ double FlightEvidenceOf(const ScoreTest& test, const VectorXd& sizes, int cluste
       if (errors.empty()) break;
       ratio = std::min(ratio, LogRatio(test.value, *cov, none, prior, kExact, errors));
     }
-    mean += std::exp(std::min(ratio, 2.0 * kMost)) / std::size(kShares);
+    mean += std::exp(std::min(ratio, 2.0 * kMostEvidence)) / std::size(kShares);
   }
-  return std::min(kMost, std::log(mean));
+  return std::min(kMostEvidence, std::log(mean));
 }
 
 double PriorEvidenceOf(const std::string& id, const std::vector<CandidateReport>& tried) {
@@ -104,6 +105,19 @@ double PriorEvidenceOf(const std::string& id, const std::vector<CandidateReport>
   const auto same =
       std::max<std::ptrdiff_t>(1, std::ranges::count(tried, id, &CandidateReport::id));
   return -std::log(static_cast<double>(ids.size()) * static_cast<double>(same));
+}
+
+double HeldOutEvidence(const Gain& arcs, const Gain& replays) {
+  constexpr double k95 = 1.96;
+  double z = 0.0, measures = 0.0;
+  for (const Gain* gain : {&arcs, &replays}) {
+    const double sigma = (gain->high - gain->low) / (2.0 * k95);
+    if (!std::isfinite(sigma) || !(sigma > 0.0)) continue;
+    z += (gain->before - gain->after) / sigma;
+    measures += 1.0;
+  }
+  if (z >= 0.0) return 0.0;
+  return std::max(-kMostEvidence, -0.5 * z * z / measures);
 }
 
 double EvidenceOfChance(double p) { return -0.5 * std::log(std::max(p, 1e-300)) - std::log(2.0); }

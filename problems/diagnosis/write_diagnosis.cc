@@ -117,6 +117,7 @@ YAML::Node CauseNode(const Cause& cause) {
   }
   node["evidence"] = FlowMap({{"total", Rounded(cause.evidence.Total(), 3)},
                               {"flight", Rounded(cause.evidence.flight, 3)},
+                              {"held_out", Rounded(cause.evidence.held_out, 3)},
                               {"witness", Rounded(cause.evidence.witness, 3)},
                               {"other_flights", Rounded(cause.evidence.other_flights, 3)},
                               {"prior", Rounded(cause.evidence.prior, 3)}});

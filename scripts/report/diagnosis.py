@@ -92,7 +92,7 @@ def _set_aside(causes):
     return [details(f"Set aside: {', '.join(cause['id'] for cause in causes)}", "".join(blocks))]
 
 
-SOURCES = {"flight": "this flight", "witness": "another stream", "other_flights": "other flights",
+SOURCES = {"flight": "this flight", "held_out": "held-out flight", "witness": "another stream", "other_flights": "other flights",
            "prior": "number of hypotheses"}
 
 
@@ -106,7 +106,7 @@ def _evidence(result):
     names = [cause["id"] + (" (set aside)" if cause.get("because") else "") for cause in causes]
     rows = [f"{i + 1}. {name}" for i, name in enumerate(names)][::-1]
     for source, what in SOURCES.items():
-        parts = [cause["evidence"][source] for cause in causes][::-1]
+        parts = [cause["evidence"].get(source, 0) for cause in causes][::-1]
         if any(parts):
             figure.add_bar(y=rows, x=parts, name=what, orientation="h")
     figure.add_vline(x=result["evidence_needed"], line_dash="dash", line_color=MUTED)

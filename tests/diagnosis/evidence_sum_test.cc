@@ -168,6 +168,26 @@ TEST(ChangeEvidence, HasAMeanOfOneAtMostWithoutAChange) {
   }
 }
 
+// A mean gain of z sigmas, of errors of 1 m before.
+Gain GainOf(double z) {
+  constexpr double kSigma = 0.05;  // m
+  return {.arcs = 20,
+          .before = 1.0,
+          .after = 1.0 - z * kSigma,
+          .low = (z - 1.96) * kSigma,
+          .high = (z + 1.96) * kSigma};
+}
+
+TEST(HeldOutEvidence, SpeaksAgainstALossAlone) {
+  EXPECT_EQ(HeldOutEvidence(GainOf(3.0), {}), 0.0);
+  EXPECT_EQ(HeldOutEvidence({}, {}), 0.0);
+  EXPECT_NEAR(HeldOutEvidence(GainOf(-3.0), {}), -4.5, 1e-6);
+  // Two measures that agree are surer, and two that differ say nothing.
+  EXPECT_NEAR(HeldOutEvidence(GainOf(-3.0), GainOf(-3.0)), -9.0, 1e-6);
+  EXPECT_EQ(HeldOutEvidence(GainOf(-3.0), GainOf(3.0)), 0.0);
+  EXPECT_EQ(HeldOutEvidence(GainOf(-8.0), {}), HeldOutEvidence(GainOf(-9.0), {}));
+}
+
 TEST(PriorEvidence, CountsEffectsAndTheirPlaces) {
   const auto report = [](const std::string& id) {
     CandidateReport r;
