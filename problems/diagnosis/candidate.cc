@@ -74,12 +74,14 @@ std::vector<Candidate> CandidatesFor(DriveKind drive, const CatalogueScope& scop
   return candidates;
 }
 
+bool IsOneOf(const Candidate& a, const Candidate& b) {
+  return a.info == b.info && (a.fixed.empty() || a.IsStep() || a.fixed == b.fixed);
+}
+
 std::vector<Candidate> Without(std::vector<Candidate> candidates, const std::vector<Found>& found) {
   std::erase_if(candidates, [&](const Candidate& c) {
-    return std::any_of(found.begin(), found.end(), [&](const Found& f) {
-      const bool once = c.fixed.empty() || c.IsStep();
-      return f.candidate.info == c.info && (once || f.candidate.fixed == c.fixed);
-    });
+    return std::any_of(found.begin(), found.end(),
+                       [&](const Found& f) { return IsOneOf(c, f.candidate); });
   });
   return candidates;
 }

@@ -62,6 +62,9 @@ struct CatalogueScope {
 // Each effect; a moved gate for each gate, a loss for each rotor, step effects at several times.
 std::vector<Candidate> CandidatesFor(DriveKind drive, const CatalogueScope& scope);
 
+// True if a flight has only one of both: the same effect, of the same gate or rotor, at any time.
+bool IsOneOf(const Candidate& a, const Candidate& b);
+
 // Removes those that are in the model. Another gate or rotor may still be added, another time of a
 // step effect may not.
 std::vector<Candidate> Without(std::vector<Candidate> candidates, const std::vector<Found>& found);

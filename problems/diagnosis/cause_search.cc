@@ -28,7 +28,7 @@ std::vector<Cause> CausesFrom(const Rounds& rounds, const DiagnosedFlight& fligh
       confused.push_back(std::move(name));
     }
     causes.push_back({f.candidate, f.value, sigma, rounds.p[i], confused, Gain(), Gain(), {}, {}});
-    causes.back().evidence.flight = FlightEvidenceOf(test, PriorSizes(*f.candidate.info), flight.clusters());
+    causes.back().evidence.flight = FlightEvidenceOf(test, PriorSizes(*f.candidate.info));
     causes.back().evidence.prior = PriorEvidenceOf(f.candidate.id(), rounds.candidates);
   }
   return causes;
@@ -57,6 +57,7 @@ class NamedCauseSearch {
     std::vector<Candidate> candidates = AllCandidates(*flight);
     NamedCauses best = SearchAmong(candidates, std::move(flight));
     const std::vector<CandidateReport> reports = best.rounds.candidates;
+    const auto tests = best.rounds.tests;
     const std::vector<Cause> first = best.rounds.first;
     std::vector<Cause> all_aside = best.set_aside, aside = best.set_aside;
     for (int i = 1; i < kSearches; ++i) {
@@ -75,6 +76,7 @@ class NamedCauseSearch {
     }
     best.set_aside = all_aside;
     best.candidates = reports;
+    best.tests = tests;
     best.explained = Explained(first, best);
     return best;
   }

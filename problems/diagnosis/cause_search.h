@@ -18,7 +18,8 @@ struct NamedCauses {
   std::vector<Cause> set_aside;  // with the reason
   std::vector<Cause> explained;  // significant without the others; with the reason
   std::vector<CandidateReport> candidates;
-  Gain gain, open_loop;  // of all causes together
+  std::shared_ptr<const FlightEvidence> tests;  // of `candidates`
+  Gain gain, open_loop;                         // of all causes together
 };
 
 // Searches the whole catalogue on `flight`, which is fitted without causes. `false_data`, if any,

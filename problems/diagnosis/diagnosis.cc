@@ -67,8 +67,6 @@ class FlightDiagnosis {
     diagnosis_.base_seconds = SecondsSince(start_);
     Rounds rounds = Search();
     for (Cause& cause : diagnosis_.causes) WidenByWitness(&cause);
-    if (false_data_report) diagnosis_.candidates.push_back(*false_data_report);
-    diagnosis_.not_shown = NotShown(diagnosis_.candidates);
     others_.Confirm(&diagnosis_.causes);
     if (options_.against) {  // references neither confirm nor refute what has changed
       for (Cause& cause : diagnosis_.causes) cause.confirmed.reset();
@@ -76,6 +74,10 @@ class FlightDiagnosis {
     DescribeTerms(&rounds);
     JudgeBesideTerms(&rounds);
     AddRemaining(rounds);
+    const double alpha_of_one = options_.alpha / std::max(1, DistinctIds(AllCandidates(*flight_)));
+    WidenDetectable(*tests_, unstated_, alpha_of_one, &diagnosis_.candidates);
+    if (false_data_report) diagnosis_.candidates.push_back(*false_data_report);
+    diagnosis_.not_shown = NotShown(diagnosis_.candidates);
     AddSignificantAside(rounds);
     diagnosis_.set_aside.insert(diagnosis_.set_aside.end(), explained_.begin(), explained_.end());
     Describe(before, replays, rounds);
@@ -181,7 +183,7 @@ class FlightDiagnosis {
     }
     const FlightEvidence rest(*flight_, others);
     const std::vector<TestedTerm> remaining = RemainingTerms(rest, options_.alpha);
-    const double unstated = remaining.empty() ? 0.0 : remaining.front().merit;
+    unstated_ = remaining.empty() ? 0.0 : remaining.front().merit;
     std::vector<int> beside;
     for (std::size_t k = 0; k < rivals.size(); ++k) {
       beside = Concatenated(std::move(beside), rest.fit().candidates[k].columns);
@@ -189,12 +191,13 @@ class FlightDiagnosis {
     std::vector<double> evidence;
     for (std::size_t i = 0; i < rounds.found.size(); ++i) {
       Cause& cause = diagnosis_.causes[FalseData(rounds) + i];
-      const UnstatedErrors errors = UnstatedErrorsOf(rest.fit(), i, others, unstated);
+      const UnstatedErrors errors =
+          UnstatedErrorsOf(rest.fit(), all[i].candidate, rest.fit().found[i], rest.fit().Beside(i),
+                           others, unstated_);
       cause.unstated_sigma = MeanSigma(errors, cause.value.size());
       AddOthersEvidence(options_, &cause);
       evidence.push_back(FlightEvidenceOf(TestFound(rest.fit(), all, i, beside),
-                                          PriorSizes(*all[i].candidate.info), flight_->clusters(),
-                                          errors));
+                                          PriorSizes(*all[i].candidate.info), errors));
     }
     return evidence;
   }
@@ -222,7 +225,11 @@ class FlightDiagnosis {
     if (!terms_.empty()) {
       by.clear();
       const FlightEvidence rest(*flight_, {});
-      for (const TestedTerm& t : RemainingTerms(rest, options_.alpha)) by.push_back(t.name);
+      unstated_ = 0.0;
+      for (const TestedTerm& t : RemainingTerms(rest, options_.alpha)) {
+        by.push_back(t.name);
+        unstated_ = std::max(unstated_, t.merit);
+      }
     }
     for (const DescribedTerm& t : diagnosis_.open.described) {
       if (!TermRepeats(t)) by.push_back(t.term.Name());
@@ -244,6 +251,8 @@ class FlightDiagnosis {
     diagnosis_.causes = search.causes;
     diagnosis_.set_aside = search.set_aside;
     explained_ = search.explained;
+    tests_ = search.tests;
+    unstated_ = search.rounds.unstated;
     diagnosis_.gain = search.gain;
     diagnosis_.open_loop = search.open_loop;
     return search.rounds;
@@ -320,8 +329,10 @@ class FlightDiagnosis {
   Flight flight_;
   FurtherFlights others_;
   std::optional<Cause> false_data_;
-  std::vector<Cause> explained_;  // by the named causes
-  std::vector<Found> terms_;      // in the last Fit, after the causes
+  std::vector<Cause> explained_;                 // by the named causes
+  std::vector<Found> terms_;                     // in the last Fit, after the causes
+  std::shared_ptr<const FlightEvidence> tests_;  // of the candidates, singly
+  double unstated_ = 0.0;                        // merit of the misfit that is left
   Diagnosis diagnosis_;
 };
 

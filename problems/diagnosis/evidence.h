@@ -58,6 +58,7 @@ class FlightEvidence {
   FlightEvidence(const DiagnosedFlight& flight, const std::vector<Candidate>& candidates);
 
   const Linearisation& fit() const { return *fit_; }
+  const std::vector<Candidate>& candidates() const { return candidates_; }
   const std::vector<Tested>& tested() const { return tested_; }
   const std::vector<TestedTerm>& terms() const { return terms_; }  // strongest first
   // Leaves an effect out of what follows.

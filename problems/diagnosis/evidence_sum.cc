@@ -37,18 +37,19 @@ VectorXd PriorSizes(const EffectInfo& info) {
   return sizes;
 }
 
-UnstatedErrors UnstatedErrorsOf(const Linearisation& fit, std::size_t which,
+UnstatedErrors UnstatedErrorsOf(const Linearisation& fit, const Candidate& cause,
+                                const EffectColumns& own, const std::vector<int>& beside,
                                 const std::vector<Candidate>& candidates, double unstated) {
   if (unstated == 0.0) return {};
-  const EffectColumns& own = fit.found[which];
-  const std::vector<int> nuisances = fit.Beside(which);
   std::map<const EffectInfo*, std::vector<std::size_t>> of_effect;
-  for (std::size_t i = 0; i < candidates.size(); ++i) of_effect[candidates[i].info].push_back(i);
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (!IsOneOf(candidates[i], cause)) of_effect[candidates[i].info].push_back(i);
+  }
   UnstatedErrors errors;
   for (const auto& [info, which_ones] : of_effect) {
     MatrixXd sum = MatrixXd::Zero(own.unit.size(), own.unit.size());
     for (const std::size_t i : which_ones) {
-      sum += ImitatedBy(fit, nuisances, own.columns, fit.candidates[i].columns);
+      sum += ImitatedBy(fit, beside, own.columns, fit.candidates[i].columns);
     }
     errors.emplace_back(unstated / static_cast<double>(which_ones.size()) *
                         (own.unit.asDiagonal() * sum * own.unit.asDiagonal()));
@@ -77,13 +78,13 @@ double LogRatio(const VectorXd& estimate, const MatrixXd& cov, const VectorXd& e
   return std::isfinite(ratio) ? ratio : 0.0;  // what the data can't show says nothing
 }
 
-double FlightEvidenceOf(const ScoreTest& test, const VectorXd& sizes, int clusters,
+double FlightEvidenceOf(const ScoreTest& test, const VectorXd& sizes,
                         const UnstatedErrors& errors) {
   constexpr double kExact = std::numeric_limits<double>::infinity();
   // The order of magnitude of a size is not known.
   constexpr double kShares[] = {1.0, 0.25, 0.0625};
   const VectorXd none = VectorXd::Zero(test.value.size());
-  const double dof = std::max(1.0, static_cast<double>(clusters - test.value.size()));
+  const double dof = test.DegreesOfFreedom(test.value);
   double mean = 0.0;  // of ratios: one, too, without an effect
   for (const double share : kShares) {
     const MatrixXd prior = (share * sizes).cwiseAbs2().asDiagonal();
@@ -135,20 +136,17 @@ double IndependentEvidence(const Cause& cause, const VectorXd& value, const Vect
                   more, kTails);
 }
 
-Cause CauseOf(const Tested& tested, int clusters) {
+Cause CauseOf(const Tested& tested) {
   const EffectInfo& info = *tested.candidate.info;
   Cause cause{tested.candidate, tested.value, tested.columns.Sizes(info, tested.test.sigma),
               tested.p,         {},           Gain(),
               Gain(),           {},           {}};
   cause.evidence.flight =
-      FlightEvidenceOf(tested.test, tested.columns.Steps(info, PriorSizes(info)), clusters);
+      FlightEvidenceOf(tested.test, tested.columns.Steps(info, PriorSizes(info)));
   return cause;
 }
 
 std::optional<double> ChangeEvidence(const Cause& cause) {
-  // The scatter between clusters counts in the flight's own evidence, of which and of this the
-  // lesser holds.
-  constexpr int kManyClusters = std::numeric_limits<int>::max();
   const Eigen::Index size = cause.value.size();
   VectorXd mean = VectorXd::Zero(size), variance = mean, square = mean;
   double flights = 0.0;
@@ -164,10 +162,12 @@ std::optional<double> ChangeEvidence(const Cause& cause) {
   const VectorXd scatter = (square / flights - mean.cwiseAbs2()).cwiseMax(0.0);
   variance = variance / (flights * flights) + cause.sigma.cwiseAbs2() + scatter +
              2.0 * cause.candidate.Ordinary().cwiseAbs2();
+  // The scatter between clusters counts in the flight's own evidence, of which and of this the
+  // lesser holds.
   ScoreTest change;
   change.value = cause.value - mean;
   change.cov_model = change.cov_cluster = variance.asDiagonal();
-  return FlightEvidenceOf(change, PriorSizes(*cause.candidate.info), kManyClusters);
+  return FlightEvidenceOf(change, PriorSizes(*cause.candidate.info));
 }
 
 void AddIndependentEvidence(Cause* cause) {

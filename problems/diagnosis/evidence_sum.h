@@ -22,10 +22,11 @@ Eigen::VectorXd PriorSizes(const EffectInfo& info);
 // Covariances that an error which no hypothesis states may add to an estimate; each is as likely.
 using UnstatedErrors = std::vector<Eigen::MatrixXd>;
 
-// Those of the value of cause `which` of a fit, in units of its parameters. A flight whose misfit
-// has the merit `unstated` shows such an error: it is like one of the other effects, `candidates`
-// of the fit. None where `unstated` is zero.
-UnstatedErrors UnstatedErrorsOf(const Linearisation& fit, std::size_t which,
+// Those of the value of a cause, in units of its parameters. A flight whose misfit has the merit
+// `unstated` shows such an error: it is like one of the other effects, `candidates` of the fit.
+// None where `unstated` is zero. `own`: columns of the cause, and `beside` those of the model.
+UnstatedErrors UnstatedErrorsOf(const Linearisation& fit, const Candidate& cause,
+                                const EffectColumns& own, const std::vector<int>& beside,
                                 const std::vector<Candidate>& candidates, double unstated);
 
 // Of an error that is any one of them.
@@ -43,7 +44,7 @@ double LogRatio(const Eigen::VectorXd& estimate, const Eigen::MatrixXd& cov,
 // that no hypothesis states may imitate the effect, so that no ratio of two models is trusted
 // beyond 1e5, and sources that do not share the model can outweigh it. Ratios are averaged over
 // priors of several widths. `prior`: the widest, PriorSizes in the units of the test.
-double FlightEvidenceOf(const ScoreTest& test, const Eigen::VectorXd& prior, int clusters,
+double FlightEvidenceOf(const ScoreTest& test, const Eigen::VectorXd& prior,
                         const UnstatedErrors& errors = {});
 
 // That it is one of as many effects, gates, rotors and times as were tried.
@@ -65,7 +66,7 @@ double IndependentEvidence(const Cause& cause, const Eigen::VectorXd& value,
                            const Eigen::VectorXd& sigma, bool same_model);
 
 // A candidate as a cause, with what the flight says of it.
-Cause CauseOf(const Tested& tested, int clusters);
+Cause CauseOf(const Tested& tested);
 
 // Stores what the witness and the further flights say.
 void AddIndependentEvidence(Cause* cause);

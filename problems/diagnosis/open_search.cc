@@ -34,8 +34,7 @@ struct TestedOpenTerm {
   double ordinary = 0.0;
   ScoreTest test = {};
   std::array<SizeWithSigma, 2> halves = {};
-  double own = 1.0;      // share of its information that the constants do not imitate
-  double sharing = 1.0;  // clusters that share the information
+  double own = 1.0;  // share of its information that the constants do not imitate
   double p = 1.0;
   double sigma = 0.0;  // of test.value; with few clusters larger than test.sigma
 
@@ -53,6 +52,7 @@ struct TestedOpenTerm {
   // kSpread says how large it may be.
   void Judge() {
     const double ratio = test.cov_cluster(0, 0) / test.cov_model(0, 0);
+    const double sharing = test.Sharing(Eigen::VectorXd::Ones(1));
     const UncertainSigma scatter(ratio, std::max(0.0, sharing - 1.0), kSpread);
     p = std::max(test.p(), scatter.Tail(std::sqrt(test.chi2)));
     sigma = test.sigma[0] * scatter.Factor() / std::max(1.0, std::sqrt(ratio));
@@ -61,7 +61,7 @@ struct TestedOpenTerm {
 
 bool HasMoreGain(const TestedOpenTerm* a, const TestedOpenTerm* b) { return a->gain() > b->gain(); }
 
-// Steps of the column by half of the flight, and how many clusters share its information.
+// Steps of the column by half of the flight.
 void TestHalves(const Linearisation& fit, const std::vector<int>& nuisances, int tested,
                 TestedOpenTerm* t) {
   constexpr int kBlocks = 4;
@@ -94,7 +94,6 @@ void TestHalves(const Linearisation& fit, const std::vector<int>& nuisances, int
     if (!(weight[h] > 0.0)) continue;
     sizes[h].sigma = std::sqrt(std::max(scatter[h] / weight[h], 1.0) / weight[h]);
   }
-  t->sharing = std::pow(information.sum(), 2) / information.squaredNorm();
 }
 
 void Test(const Linearisation& fit, const std::vector<int>& nuisances, int tested,

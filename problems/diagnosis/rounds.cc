@@ -33,12 +33,12 @@ namespace {
 
 constexpr int kMostCauses = 4;
 
-CandidateReport Report(const Tested& t, double alpha, int clusters) {
+CandidateReport Report(const Tested& t, double alpha) {
   const EffectInfo& info = *t.candidate.info;
   CandidateReport report = NamedReport(t.candidate, t.test.z(), t.p);
   report.value = t.value;
   report.sigma = t.columns.Sizes(info, t.test.sigma);
-  report.detectable = t.columns.Sizes(info, DetectableSize(t.test, alpha / t.tried, clusters));
+  report.detectable = t.columns.Sizes(info, DetectableSize(t.test, alpha / t.tried));
   return report;
 }
 
@@ -75,7 +75,11 @@ class CauseSearch {
       const Outcome outcome = TestAll();
       const Explanation& best = outcome.best;
       const std::vector<TestedTerm>& remaining = outcome.remaining;
-      if (round == 0) StoreReports(*outcome.evidence);
+      if (round == 0) {
+        StoreReports(*outcome.evidence);
+        rounds_.tests = outcome.evidence;
+      }
+      rounds_.unstated = remaining.empty() ? 0.0 : remaining.front().merit;
       rounds_.goes_with.clear();
       for (const TestedTerm& term : remaining) rounds_.goes_with.push_back(term.name);
       rounds_.impossible.clear();
@@ -106,7 +110,7 @@ class CauseSearch {
  private:
   // All tests of the model as it is.
   struct Outcome {
-    std::unique_ptr<FlightEvidence> evidence;
+    std::shared_ptr<FlightEvidence> evidence;
     Explanation best;
     std::vector<TestedTerm> remaining;
     std::vector<Tested> witnessed;  // that flight and witness show together
@@ -115,7 +119,7 @@ class CauseSearch {
   Outcome TestAll() {
     if (next_) return *std::exchange(next_, std::nullopt);
     Outcome outcome;
-    outcome.evidence = std::make_unique<FlightEvidence>(
+    outcome.evidence = std::make_shared<FlightEvidence>(
         *flight_, WithRefinedSteps(Without(candidates_, rounds_.found), *flight_));
     outcome.witnessed = AskFirst(outcome.evidence.get());
     outcome.best = Explain(*outcome.evidence, alpha_);
@@ -125,10 +129,10 @@ class CauseSearch {
 
   void StoreReports(const FlightEvidence& evidence) {
     for (const Tested& t : evidence.tested()) {
-      rounds_.candidates.push_back(Report(t, alpha_, flight_->clusters()));
+      rounds_.candidates.push_back(Report(t, alpha_));
     }
     for (const std::size_t i : BestOfEach(evidence.tested())) {
-      Cause cause = CauseOf(evidence.tested()[i], flight_->clusters());
+      Cause cause = CauseOf(evidence.tested()[i]);
       cause.evidence.prior = PriorEvidenceOf(cause.candidate.id(), rounds_.candidates);
       if (WhyNotNamed(cause, options_.alpha).empty()) rounds_.first.push_back(std::move(cause));
     }
@@ -141,13 +145,12 @@ class CauseSearch {
     std::vector<Tested> asked, witnessed;
     for (const std::size_t i : BestOfEach(evidence->tested())) {
       const Tested& t = evidence->tested()[i];
-      const bool speaks =
-          t.Significant(alpha_) || (Plausible(t.candidate, t.value) &&
-                                    CauseOf(t, flight_->clusters()).evidence.flight > 0.0);
+      const bool speaks = t.Significant(alpha_) ||
+                          (Plausible(t.candidate, t.value) && CauseOf(t).evidence.flight > 0.0);
       if (speaks && asked_.insert(t.candidate.Label()).second) asked.push_back(t);
     }
     for (const Tested& t : asked) {
-      std::vector<Cause> alone{CauseOf(t, flight_->clusters())};
+      std::vector<Cause> alone{CauseOf(t)};
       Cause& cause = alone.front();
       cause.evidence.prior = -std::log(static_cast<double>(tried_ * t.tried));
       AskWitnesses(flight_->data(), flight_->log(), flight_->Path(), &alone);
@@ -171,8 +174,7 @@ class CauseSearch {
     if (test.p() < alpha_) return true;
     const auto other = beside_flight_.find(f.candidate.Label());
     return other != beside_flight_.end() &&
-           FlightEvidenceOf(test, PriorSizes(*f.candidate.info), flight_->clusters()) +
-                   other->second >=
+           FlightEvidenceOf(test, PriorSizes(*f.candidate.info)) + other->second >=
                EvidenceNeeded(options_.alpha);
   }
 
@@ -293,6 +295,21 @@ class CauseSearch {
 Rounds SearchCauses(const std::vector<Candidate>& candidates, const SearchOptions& options,
                     DiagnosedFlight* flight) {
   return CauseSearch(candidates, options, flight).Run();
+}
+
+void WidenDetectable(const FlightEvidence& tests, double unstated, double alpha,
+                     std::vector<CandidateReport>* reports) {
+  const Linearisation& fit = tests.fit();
+  for (std::size_t i = 0; i < tests.tested().size(); ++i) {
+    const Tested& t = tests.tested()[i];
+    ScoreTest test = t.test;
+    test.Scale(t.columns.unit);
+    for (const Eigen::MatrixXd& error : UnstatedErrorsOf(
+             fit, t.candidate, t.columns, fit.Modelled(), tests.candidates(), unstated)) {
+      const Eigen::VectorXd size = DetectableSize(test, alpha / t.tried, error);
+      (*reports)[i].detectable = (*reports)[i].detectable.cwiseMax(size);
+    }
+  }
 }
 
 std::vector<TestedTerm> RemainingTerms(const FlightEvidence& evidence, double alpha) {

@@ -18,6 +18,8 @@ struct Rounds {
   std::vector<Cause> refuted;          // that a witness excluded before they were fitted
   std::vector<Candidate> impossible;   // significant in the last, of a size that no vehicle has
   std::vector<Cause> first;            // candidates that the first round shows, named or not
+  std::shared_ptr<const FlightEvidence> tests;  // of the first round, in the order of `candidates`
+  double unstated = 0.0;                        // merit of the strongest term that remains
 
   void Remove(std::size_t which);
 };
@@ -26,6 +28,10 @@ struct Rounds {
 // fitted with the causes found.
 Rounds SearchCauses(const std::vector<Candidate>& candidates, const SearchOptions& options,
                     DiagnosedFlight* flight);
+
+// A misfit of the merit `unstated` may be like an effect, whose size must exceed it to be named.
+void WidenDetectable(const FlightEvidence& tests, double unstated, double alpha,
+                     std::vector<CandidateReport>* reports);
 
 // True if at least half of a cause's size is left in `test`, which has other columns as nuisances.
 bool RetainsHalf(const Found& f, const ScoreTest& test);

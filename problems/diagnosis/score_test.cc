@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "problems/result/statistics.h"
 
@@ -59,6 +60,20 @@ LinearEstimate EstimateOf(const Projected& projected) {
   return estimate;
 }
 
+// Information by cluster about each of the tested columns.
+Matrix ClusterInformation(const Linearisation& fit, const Projected& projected,
+                          const Indices& nuisances, const Indices& tested) {
+  const auto size = static_cast<Eigen::Index>(tested.size());
+  Matrix information(fit.clusters(), size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    Vector v = Vector::Zero(fit.b().size() + 1);
+    v(nuisances) = -projected.gain.col(i);
+    v[tested[i]] = 1.0;
+    information.col(i) = fit.ClusterProducts(v, v);
+  }
+  return information;
+}
+
 // Scores by cluster of the fit that includes the tested columns; they sum to zero.
 Matrix ClusterScores(const Linearisation& fit, const Projected& projected, const Vector& value,
                      const Indices& nuisances, const Indices& tested) {
@@ -97,7 +112,18 @@ LinearEstimate Estimate(const Linearisation& fit, const Indices& nuisances, cons
 
 double ScoreTest::z() const { return std::sqrt(std::min(chi2, chi2_cluster)); }
 
-void ScoreTest::Judge(const Vector& whole_value, int clusters) {
+double ScoreTest::Sharing(const Vector& size) const {
+  if (information.size() == 0) return std::numeric_limits<double>::infinity();
+  const Vector of_cluster = information * size.cwiseAbs2();
+  const double sharing = std::pow(of_cluster.sum(), 2) / of_cluster.squaredNorm();
+  return std::isfinite(sharing) ? sharing : 0.0;
+}
+
+double ScoreTest::DegreesOfFreedom(const Vector& size) const {
+  return std::max(1.0, Sharing(size) - static_cast<double>(size.size()));
+}
+
+void ScoreTest::Judge(const Vector& whole_value) {
   const int size = static_cast<int>(whole_value.size());
   chi2 = whole_value.dot(cov_model.ldlt().solve(whole_value));
   chi2_cluster = whole_value.dot(cov_cluster.ldlt().solve(whole_value));
@@ -108,7 +134,7 @@ void ScoreTest::Judge(const Vector& whole_value, int clusters) {
     return;
   }
   p_model = ChiSquareTail(chi2, size);
-  p_cluster = FTail(chi2_cluster / size, size, std::max(1, clusters - size));
+  p_cluster = FTail(chi2_cluster / size, size, DegreesOfFreedom(whole_value));
 }
 
 void ScoreTest::LimitTo(double most) {
@@ -121,6 +147,7 @@ void ScoreTest::Scale(const Vector& unit) {
   sigma = sigma.cwiseProduct(unit);
   cov_model = unit.asDiagonal() * cov_model * unit.asDiagonal();
   cov_cluster = unit.asDiagonal() * cov_cluster * unit.asDiagonal();
+  information = information * unit.cwiseAbs2().cwiseInverse().asDiagonal();
 }
 
 ScoreTest TestColumns(const Linearisation& fit, const Indices& nuisances, const Indices& tested,
@@ -141,7 +168,8 @@ ScoreTest TestColumns(const Linearisation& fit, const Indices& nuisances, const 
   const Matrix usual = ordinary.cwiseAbs2().asDiagonal();
   test.cov_model = cov + usual;
   test.cov_cluster = cov_cluster + usual;
-  test.Judge(test.value, clusters);
+  test.information = ClusterInformation(fit, projected, nuisances, tested);
+  test.Judge(test.value);
   return test;
 }
 
@@ -155,19 +183,25 @@ ScoreTest TestFound(const Linearisation& fit, const std::vector<Found>& found, s
   test.Scale(own.unit);
   // The whole value is judged: the fitted one plus the step that the nuisance columns cause.
   test.value += found[which].value - candidate.Neutral();
-  test.Judge(test.value, fit.clusters());
+  test.Judge(test.value);
   return test;
 }
 
-Vector DetectableSize(const ScoreTest& test, double alpha, int clusters) {
+Vector DetectableSize(const ScoreTest& test, double alpha, const Matrix& error) {
   const int size = static_cast<int>(test.value.size());
   const double by_model = NonCentralityFor(ChiSquareCritical(alpha, size), size, 0.95);
-  const double by_cluster =
-      NonCentralityFor(size * FCritical(alpha, size, std::max(1, clusters - size)), size, 0.95);
+  Vector by_cluster(size);
+  for (int i = 0; i < size; ++i) {
+    const double dof = test.DegreesOfFreedom(Vector::Unit(size, i));
+    by_cluster[i] = NonCentralityFor(size * FCritical(alpha, size, dof), size, 0.95);
+  }
   // One parameter at a time, the effect's others at zero: v^2 / model is the non-centrality.
-  const Vector model = test.cov_model.inverse().diagonal().cwiseInverse();
-  const Vector cluster = test.cov_cluster.inverse().diagonal().cwiseInverse();
-  return (by_model * model).cwiseMax(by_cluster * cluster).cwiseSqrt();
+  const auto variance = [&](Matrix cov) -> Vector {
+    if (error.size() > 0) cov += error;
+    return cov.inverse().diagonal().cwiseInverse();
+  };
+  const Vector model = variance(test.cov_model), cluster = variance(test.cov_cluster);
+  return (by_model * model).cwiseMax(by_cluster.cwiseProduct(cluster)).cwiseSqrt();
 }
 
 }  // namespace trueline

@@ -37,11 +37,19 @@ struct ScoreTest {
   double chi2_cluster = 0.0;               // by the scatter between clusters
   double p_model = 1.0;                    // of chi2
   double p_cluster = 1.0;                  // F, few clusters allowed for
+  // Of each cluster about each of the columns, nuisances allowed for; empty if there are no
+  // clusters.
+  Eigen::MatrixXd information;
 
   double p() const { return p_model > p_cluster ? p_model : p_cluster; }
   double z() const;
   // Judges this value instead of the step.
-  void Judge(const Eigen::VectorXd& whole_value, int clusters);
+  void Judge(const Eigen::VectorXd& whole_value);
+  // How many clusters share the information about an effect of this size; infinite where there are
+  // no clusters. Their scatter has as many degrees of freedom, less those of the effect (Bell and
+  // McCaffrey 2002).
+  double Sharing(const Eigen::VectorXd& size) const;
+  double DegreesOfFreedom(const Eigen::VectorXd& size) const;
   // Limits the noise model's chi-square to `gain`, twice the increase of the log likelihood.
   void LimitTo(double gain);
   // Converts from units of columns to those of parameters.
@@ -57,7 +65,9 @@ ScoreTest TestColumns(const Linearisation& fit, const std::vector<int>& nuisance
 ScoreTest TestFound(const Linearisation& fit, const std::vector<Found>& found, std::size_t which,
                     const std::vector<int>& beside = {});
 
-// Sizes, by column, that the test finds with 95 % power at level `alpha`.
-Eigen::VectorXd DetectableSize(const ScoreTest& test, double alpha, int clusters);
+// Sizes, by column, that the test finds with 95 % power at level `alpha`. `error`: covariance that
+// an error of the model adds to the value.
+Eigen::VectorXd DetectableSize(const ScoreTest& test, double alpha,
+                               const Eigen::MatrixXd& error = {});
 
 }  // namespace trueline

@@ -65,7 +65,7 @@ std::optional<Found> StepToWind(const ImuDrivenFlight& flight) {
 // Certain, and as large as the flight shows with 95 % power.
 bool IsShown(const ImuDrivenFlight& flight, const Found& found, const ScoreTest& test) {
   constexpr double kCertain = 1e-6;
-  const Eigen::VectorXd detectable = DetectableSize(test, kCertain, flight.clusters());
+  const Eigen::VectorXd detectable = DetectableSize(test, kCertain);
   return test.p() < kCertain && found.value.cwiseQuotient(detectable).norm() >= 1.0 &&
          Plausible(found.candidate, found.value) && flight.ConstantsArePhysical(found);
 }

@@ -15,11 +15,12 @@ using Eigen::VectorXd;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-ScoreTest TestOf(double value, double sigma, double scatter) {
+ScoreTest TestOf(double value, double sigma, double scatter, int clusters = 40) {
   ScoreTest test;
   test.value = VectorXd::Constant(1, value);
   test.cov_model = Eigen::MatrixXd::Constant(1, 1, sigma * sigma);
   test.cov_cluster = Eigen::MatrixXd::Constant(1, 1, scatter * scatter);
+  test.information = Eigen::MatrixXd::Ones(clusters, 1);
   return test;
 }
 
@@ -33,8 +34,8 @@ double EvidenceWithout(int clusters, Random* random) {
   }
   const double mean = sum / clusters;
   const double scatter = std::sqrt((squares / clusters - mean * mean) / (clusters - 1.0));
-  return FlightEvidenceOf(TestOf(mean, 1.0 / std::sqrt(clusters), scatter),
-                          VectorXd::Constant(1, 3.0), clusters);
+  return FlightEvidenceOf(TestOf(mean, 1.0 / std::sqrt(clusters), scatter, clusters),
+                          VectorXd::Constant(1, 3.0));
 }
 
 // An e-value: its mean without an effect is one at most, so that 20 and more are rare.
@@ -58,16 +59,16 @@ TEST(FlightEvidence, GrowsWithTheSizeUpToItsBound) {
   const VectorXd prior = VectorXd::Constant(1, 1.0);
   double last = -10.0;
   for (const double sigmas : {0.0, 2.0, 3.0, 4.0, 5.0}) {
-    const double evidence = FlightEvidenceOf(TestOf(0.02 * sigmas, 0.02, 0.02), prior, 40);
+    const double evidence = FlightEvidenceOf(TestOf(0.02 * sigmas, 0.02, 0.02), prior);
     EXPECT_GT(evidence, last);
     last = evidence;
   }
-  EXPECT_LT(FlightEvidenceOf(TestOf(0.0, 0.02, 0.02), prior, 40), -1.0);
-  EXPECT_NEAR(FlightEvidenceOf(TestOf(1.0, 0.02, 0.02), prior, 40), std::log(1e5), 0.02);
+  EXPECT_LT(FlightEvidenceOf(TestOf(0.0, 0.02, 0.02), prior), -1.0);
+  EXPECT_NEAR(FlightEvidenceOf(TestOf(1.0, 0.02, 0.02), prior), std::log(1e5), 0.02);
   // Scores that scatter more than the noise model says, or few clusters, show less.
-  const double usual = FlightEvidenceOf(TestOf(0.1, 0.02, 0.02), prior, 40);
-  EXPECT_LT(FlightEvidenceOf(TestOf(0.1, 0.02, 0.05), prior, 40), usual);
-  EXPECT_LT(FlightEvidenceOf(TestOf(0.1, 0.02, 0.02), prior, 5), usual);
+  const double usual = FlightEvidenceOf(TestOf(0.1, 0.02, 0.02), prior);
+  EXPECT_LT(FlightEvidenceOf(TestOf(0.1, 0.02, 0.05), prior), usual);
+  EXPECT_LT(FlightEvidenceOf(TestOf(0.1, 0.02, 0.02, 5), prior), usual);
 }
 
 // Errors of a known strength that no hypothesis states: a third of them imitates the effect.
@@ -82,13 +83,13 @@ TEST(FlightEvidence, AllowsForErrorsThatNoHypothesisStates) {
   for (int i = 0; i < kSeeds; ++i) {
     const double error = std::sqrt(errors[static_cast<std::size_t>(i % 3)](0, 0));
     const double value = 0.1 * random.Normal() + error * random.Normal();
-    mean += std::exp(FlightEvidenceOf(TestOf(value, 0.1, 0.1), prior, 400, errors)) / kSeeds;
-    unaware += std::exp(FlightEvidenceOf(TestOf(value, 0.1, 0.1), prior, 400)) / kSeeds;
+    mean += std::exp(FlightEvidenceOf(TestOf(value, 0.1, 0.1, 400), prior, errors)) / kSeeds;
+    unaware += std::exp(FlightEvidenceOf(TestOf(value, 0.1, 0.1, 400), prior)) / kSeeds;
   }
   EXPECT_LT(mean, 1.05);
   EXPECT_GT(unaware, 100.0);
-  EXPECT_LT(FlightEvidenceOf(TestOf(1.0, 0.1, 0.1), prior, 400, errors), 2.0);
-  EXPECT_GT(FlightEvidenceOf(TestOf(6.0, 0.1, 0.1), prior, 400, errors), 8.0);
+  EXPECT_LT(FlightEvidenceOf(TestOf(1.0, 0.1, 0.1, 400), prior, errors), 2.0);
+  EXPECT_GT(FlightEvidenceOf(TestOf(6.0, 0.1, 0.1, 400), prior, errors), 8.0);
   EXPECT_NEAR(MeanSigma(errors, 1)[0], std::sqrt((0.0025 + 1.0) / 3.0), 1e-12);
   EXPECT_EQ(MeanSigma({}, 2), VectorXd::Zero(2));
 }
@@ -186,6 +187,16 @@ TEST(HeldOutEvidence, SpeaksAgainstALossAlone) {
   EXPECT_NEAR(HeldOutEvidence(GainOf(-3.0), GainOf(-3.0)), -9.0, 1e-6);
   EXPECT_EQ(HeldOutEvidence(GainOf(-3.0), GainOf(3.0)), 0.0);
   EXPECT_EQ(HeldOutEvidence(GainOf(-8.0), {}), HeldOutEvidence(GainOf(-9.0), {}));
+}
+
+// What three clusters say is not what three hundred say, however many others there are.
+TEST(ScoreTest, FewClustersThatShareTheInformationShowLess) {
+  ScoreTest test = TestOf(0.1, 0.02, 0.02, 303);
+  const VectorXd prior = VectorXd::Constant(1, 1.0);
+  const double many = FlightEvidenceOf(test, prior);
+  test.information.topRows(300) *= 1e-6;
+  EXPECT_NEAR(test.Sharing(test.value), 3.0, 0.01);
+  EXPECT_LT(FlightEvidenceOf(test, prior), many - 4.0);
 }
 
 TEST(PriorEvidence, CountsEffectsAndTheirPlaces) {

@@ -55,6 +55,15 @@ TEST(ScoreTest, NuisancesImitateAColumnMoreOrLess) {
   EXPECT_GT(OwnShare(fit, {0, 1}, 3), 0.0);
 }
 
+// An error of the model as large as that of the noise makes what is found 1.4 times as large.
+TEST(ScoreTest, AnErrorOfTheModelHidesSizes) {
+  const ScoreTest test = TestBeside(Drawn(0.0), {0, 1}, 2);
+  const double alone = DetectableSize(test, 1e-3)[0];
+  EXPECT_GT(alone, 4.0 * test.sigma[0]);
+  const Eigen::MatrixXd error = test.sigma.cwiseAbs2().asDiagonal();
+  EXPECT_NEAR(DetectableSize(test, 1e-3, error)[0], std::sqrt(2.0) * alone, 0.05 * alone);
+}
+
 // What rounding leaves of a column is no evidence, whatever its size.
 TEST(ScoreTest, AColumnThatOthersExplainWhollyIsNotSignificant) {
   for (const double size : {0.0, -0.5, 30.0}) {
