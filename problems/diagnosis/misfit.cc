@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {

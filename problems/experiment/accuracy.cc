@@ -9,8 +9,8 @@
 #include "cost_functions/models/imu_driven_model.h"
 #include "cost_functions/models/kinematic_model.h"
 #include "problems/simulation/variant.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd.h"
-#include "problems/vgd/window_data.h"
 
 namespace trueline {
 namespace {

@@ -43,6 +43,7 @@ std::vector<GyroInterval> GyroIntervals(const std::vector<ImuSample>& imu,
 // What the turn goes with, three rows an interval: the gyroscope's bias (rad/s, in I), what the
 // filter feeds back of the accelerometer's tilt (1/s) and of its integral (1/s^2; Li et al. 2019,
 // fig. 3).
+inline constexpr int kFeedback = 3;  // the column of the accelerometer's tilt
 Eigen::Matrix<double, Eigen::Dynamic, 5> FilterSlopes(const std::vector<GyroInterval>& intervals);
 
 // Sigmas of the priors of what stays unknown; zero: no such error.
