@@ -1,13 +1,14 @@
 #!/usr/bin/python3
 """Freezes what the program decides, and tells what a change of the program changes.
 
-    scripts/freeze/run.py --build=build --work=/tmp/freeze [--jobs=2] [--only=blind_imu,speed]
+    scripts/freeze/run.py --build=before --work=/tmp/before --kept=/tmp/kept --keep
+    scripts/freeze/run.py --build=build --work=/tmp/after --kept=/tmp/kept [--jobs=2] [--only=blind_imu,speed]
 
-Runs both blind sets, the measured flights, the coverage and the speeds, then compares with the kept
-files beside this script, decision by decision. Exit code 0: all are the same; 1: some differ. What
-has a result in --work is not run again, so that a run that was killed goes on where it stopped.
-`--keep` writes the outcome as the new kept files. `--flights=20` runs and compares the first 20 flights
-of the blind sets and the coverage, for a quick look. Measured flights are read from TRUELINE_DATA
+Runs both blind sets, the measured flights, the coverage and the speeds. `--keep` writes the outcome to
+--kept; without it the outcome is compared with what another program left there, decision by decision.
+Exit code 0: kept, or all are the same; 1: some differ. What has a result in --work is not run again, so that a
+run that was killed goes on where it stopped. `--flights=20` runs and compares the first 20 flights of
+the blind sets and the coverage, for a quick look. Measured flights are read from TRUELINE_DATA
 (default: ../shared/data beside the source folder). See README.md here.
 """
 import argparse
@@ -28,12 +29,12 @@ from program import SOURCE, refuse_other_program
 from report import print_changes, print_rates, print_table
 
 PARTS = {
-    "blind_imu": (lambda a: part_blind.run(a, "imu"), "blind set, IMU drive, seed 101"),
-    "blind_rotors": (lambda a: part_blind.run(a, "rotors"), "blind set, rotor drive, seed 101"),
-    "measured_imu": (part_measured.run_imu, "measured flights, IMU drive"),
-    "coverage": (part_coverage.run, "whole-flight calibrations of long_flight, 60 s"),
-    "measured_rotors": (part_measured.run_rotors, "measured flights, rotor drive"),
-    "speed": (part_speed.run, "speeds; ratios to a reference where the program has one"),
+    "blind_imu": lambda a: part_blind.run(a, "imu"),
+    "blind_rotors": lambda a: part_blind.run(a, "rotors"),
+    "measured_imu": part_measured.run_imu,
+    "coverage": part_coverage.run,
+    "measured_rotors": part_measured.run_rotors,
+    "speed": part_speed.run,
 }
 FLIGHTS = 100
 SUMS = ("rates", "coverage")  # over all flights
@@ -46,7 +47,8 @@ def parse():
     parser.add_argument("--work", type=Path, required=True, help="folder of the runs")
     parser.add_argument("--jobs", type=int, default=2, help="runs at a time; speeds go one by one")
     parser.add_argument("--only", default=",".join(PARTS), help="parts, separated by commas")
-    parser.add_argument("--keep", action="store_true", help="the outcome becomes the kept files")
+    parser.add_argument("--kept", type=Path, required=True, help="folder of kept decisions")
+    parser.add_argument("--keep", action="store_true", help="the outcome becomes the kept decisions")
     parser.add_argument("--flights", type=int, default=FLIGHTS, help="of a blind set, the coverage")
     arguments = parser.parse_args()
     arguments.data = Path(os.environ.get("TRUELINE_DATA", SOURCE.parent / "shared/data")).resolve()
@@ -55,8 +57,6 @@ def parse():
     unknown = set(arguments.only) - set(PARTS)
     if unknown:
         parser.error(f"--only: {', '.join(unknown)} is unknown; use {', '.join(PARTS)}")
-    if arguments.keep and arguments.flights != FLIGHTS:
-        parser.error(f"--keep: {FLIGHTS} flights are kept, leave --flights out")
     return arguments
 
 
@@ -76,12 +76,11 @@ def comparable(arguments, was, now):
 
 def run_part(arguments, part):
     """(what was kept, what is now)."""
-    run, about = PARTS[part]
     start = time.monotonic()
-    was, now = kept.read(part), kept.as_kept(run(arguments))
+    was, now = kept.read(part, arguments.kept), kept.as_kept(PARTS[part](arguments))
     print(f"{part}: {time.monotonic() - start:.0f} s", file=sys.stderr, flush=True)
     if arguments.keep:
-        kept.write(part, now, f"Kept by scripts/freeze/run.py: {about}.")
+        kept.write(part, now, arguments.kept)
     return was, now
 
 
@@ -98,7 +97,7 @@ def main():
     for part, pair in pairs.items():
         print_changes(part, comparisons[part], *pair)
     print_table(comparisons)
-    return int(any(comparisons[part].changed for part in comparisons if part != "speed"))
+    return int(not arguments.keep and any(comparisons[part].changed for part in comparisons if part != "speed"))
 
 
 if __name__ == "__main__":

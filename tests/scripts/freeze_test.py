@@ -115,18 +115,11 @@ class Truth(unittest.TestCase):
 
 class Kept(unittest.TestCase):
     def test_reads_what_it_wrote(self):
-        speeds = {f"{seconds} s, 'cpu' per flight second: 1": 0.1 for seconds in range(20)}
-        outcome = {"rates": {"both named": [8, 9]},
-                   "flights": {"f, 1": BLIND, "g": CALIBRATION, "h": {"speeds": speeds},
-                               "i": {"goes_with": ["place, east to west"] * 9, "causes": [], "errors": {}}}}
+        outcome = {"rates": {"both named": [8, 9]}, "flights": {"f, 1": BLIND, "g": CALIBRATION}}
         with tempfile.TemporaryDirectory() as folder:
-            kept.write("part", outcome, "A test.", Path(folder))
-            self.assertEqual(kept.read("part", Path(folder)), outcome)
+            kept.write("part", outcome, Path(folder) / "kept")
+            self.assertEqual(kept.read("part", Path(folder) / "kept"), outcome)
             self.assertEqual(kept.read("nothing", Path(folder)), {})
-
-    def test_kept_files_are_small(self):
-        size = sum(file.stat().st_size for file in (SOURCE / "scripts/freeze").glob("*.yaml"))
-        self.assertLess(size, 300e3)
 
 
 if __name__ == "__main__":
