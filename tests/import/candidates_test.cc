@@ -59,8 +59,7 @@ class Topics {
 class Candidates : public testing::Test {
  protected:
   FlightLog Convert(const Topics& topics) const {
-    const std::string map = std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/ros.yaml";
-    return ConvertLog(ReadImportMap(map), {files_.Write("a.mcap", topics.str())}, {});
+    return ConvertLog(ShippedMap("ros"), {files_.Write("a.mcap", topics.str())}, {});
   }
   ImportFiles files_;
 };
@@ -140,9 +139,8 @@ TEST_F(Candidates, MessagesWithoutAStampAreNotMixedWithOthers) {
       text += McapMessage(1, static_cast<std::uint64_t>(1'000'000'000L * (100 + i)),
                           "{" + set + ImuMessage(true).substr(1));
     }
-    const std::string map = std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/ros.yaml";
     const std::string file = files_.Write("c.mcap", kMcapStart + text + McapRecord(15, "1234"));
-    return ConvertLog(ReadImportMap(map), {file}, {});
+    return ConvertLog(ShippedMap("ros"), {file}, {});
   };
   const FlightLog half = convert(2, R"({{"sec":{},"nsec":0}})");
   EXPECT_EQ(half.imu.size(), 30U);
@@ -168,9 +166,8 @@ TEST_F(Candidates, RowsThatLackValuesAreLeftOutOfBags) {
     text += McapMessage(1, time, ImuMessage(true));
     text += McapMessage(2, time, i % 25 == 0 ? unseen : PoseMessage(i));
   }
-  const std::string map = std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/ros.yaml";
   const std::string file = files_.Write("b.mcap", kMcapStart + text + McapRecord(15, "1234"));
-  const FlightLog log = ConvertLog(ReadImportMap(map), {file}, {});
+  const FlightLog log = ConvertLog(ShippedMap("ros"), {file}, {});
   EXPECT_EQ(log.mocap.size(), 96U);
   EXPECT_THAT(log.warnings, Contains("mocap: rows left out: 4 with missing values"));
 }
@@ -238,38 +235,26 @@ class Instances : public Candidates {
   FlightLog ConvertReceivers(const std::vector<std::pair<int, int>>& instance_and_fix) const {
     const auto fmt_record = [](int type, int length, const std::string& name,
                                const std::string& format, const std::string& columns) {
-      return Bytes()
-          .Text("\xA3\x95\x80")
-          .Add(static_cast<std::uint8_t>(type))
-          .Add(static_cast<std::uint8_t>(length))
-          .Padded(name, 4)
-          .Padded(format, 16)
-          .Padded(columns, 64)
-          .str();
+      return Packed("\xA3\x95\x80", static_cast<std::uint8_t>(type),
+                    static_cast<std::uint8_t>(length), Padded(name, 4), Padded(format, 16),
+                    Padded(columns, 64));
     };
     std::string text = fmt_record(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") +
                        fmt_record(1, 35, "IMU", "Qffffff", "TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ") +
                        fmt_record(2, 25, "GPS", "QBBLLf", "TimeUS,I,Status,Lat,Lng,Alt");
     for (int i = 0; i < 60; ++i) {
       const auto time = static_cast<std::uint64_t>(10'000 * (i + 1));
-      text += Bytes().Text("\xA3\x95\x01").Add(time).str();
+      text += Packed("\xA3\x95\x01", time);
       for (const float value : {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, -9.81F}) {
-        text += Bytes().Add(value).str();
+        text += Packed(value);
       }
       for (const auto& [instance, fix] : instance_and_fix) {
-        text += Bytes()
-                    .Text("\xA3\x95\x02")
-                    .Add(time)
-                    .Add(static_cast<std::uint8_t>(instance))
-                    .Add(static_cast<std::uint8_t>(fix))
-                    .Add(std::int32_t{470'000'000})
-                    .Add(std::int32_t{80'000'000})
-                    .Add(400.0F)
-                    .str();
+        text += Packed("\xA3\x95\x02", time, static_cast<std::uint8_t>(instance),
+                       static_cast<std::uint8_t>(fix), std::int32_t{470'000'000},
+                       std::int32_t{80'000'000}, 400.0F);
       }
     }
-    const std::string map = std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/ardupilot.yaml";
-    return ConvertLog(ReadImportMap(map), {files_.Write("a.bin", text)}, {});
+    return ConvertLog(ShippedMap("ardupilot"), {files_.Write("a.bin", text)}, {});
   }
 };
 

@@ -215,21 +215,6 @@ TEST_F(Converters, AttitudesMayBeMatrices) {
   }
 }
 
-// A table that was put together of several by time has rows of each, with empty cells.
-TEST_F(Converters, RowsOfOthersAreEmpty) {
-  const std::string file = Table(
-      "joined.csv", "t,acc_x,acc_y,acc_z,gyro_x,gyro_y,gyro_z,pos_x,pos_y,pos_z",
-      [](int i) {
-        const double t = 0.002 * i;
-        return i % 2 == 0 ? fmt::format("{:.3f},0.1,-0.2,-9.81,{},0.02,0.03,,,", t, 0.05 * i)
-                          : fmt::format("{:.3f},,,,,,,{},2,3", t, i);
-      },
-      2 * kTableRows);
-  const FlightLog log = Read({file});
-  ExpectImu(log);
-  EXPECT_EQ(log.fixes.size(), static_cast<std::size_t>(kTableRows));
-}
-
 // The names are those of a Crazyflie, whose accelerometer is in g; the numbers are in m/s^2.
 TEST_F(Converters, NumbersCountBeforeTheMapThatNamesSuit) {
   const std::string file = Table("crazy.csv",

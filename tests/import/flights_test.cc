@@ -13,136 +13,51 @@
 namespace trueline {
 namespace {
 
-struct Flight {
-  const char* map;
-  std::vector<const char*> files;
+// What the logs that one map converts must fulfil.
+struct Limits {
   AttitudeOf attitude;
   Thrust thrust;
   double min_correlation;  // of horizontal specific force
   double max_rms;          // m/s^2, horizontal
   double min_rate_correlation;
 };
+const Limits kNanoBench = {AttitudeOf::kAhrs, Thrust::kAccelerometer, 0.96, 0.3, 0.9},
+             kRacer = {AttitudeOf::kAhrs, Thrust::kLevelFlight, 0.6, 1.05, 0.85},
+             kBebopGate = {AttitudeOf::kAhrs, Thrust::kAccelerometer, 0.9, 0.6, 0.97},
+             kBebopDrag = {AttitudeOf::kAhrs, Thrust::kAccelerometer, 0.93, 0.16, 0.87},
+             kNeuroBem = {AttitudeOf::kMocap, Thrust::kAccelerometer, 0.999, 0.03, 0.98},
+             kNanoDrone = {AttitudeOf::kAhrs, Thrust::kAccelerometer, 0.95, 0.35, 0.95},
+             // It keeps its heading, and attitudes are held.
+    kNanoDroneSquare = {AttitudeOf::kAhrs, Thrust::kAccelerometer, 0.95, 0.35, 0.75},
+             kThrow = {AttitudeOf::kMocap, Thrust::kAccelerometer, 0.95, 0.27, 0.98},
+             kThrowByAhrs = {AttitudeOf::kAhrs, Thrust::kAccelerometer, 0.95, 0.27, 0.98};
+
+struct Flight {
+  const char* map;
+  std::vector<const char*> files;
+  Limits limits;
+};
 
 const std::vector<Flight> kFlights = {
-    {"nanobench",
-     {"nanobench/B7_oval_fast_rep1.csv"},
-     AttitudeOf::kAhrs,
-     Thrust::kAccelerometer,
-     0.96,
-     0.3,
-     0.9},
-    {"nanobench",
-     {"nanobench/B7_oval_fast_rep2.csv"},
-     AttitudeOf::kAhrs,
-     Thrust::kAccelerometer,
-     0.96,
-     0.3,
-     0.9},
-    {"nanobench_mocap",
-     {"nanobench/B3_figure8_fast_rep1.csv"},
-     AttitudeOf::kAhrs,
-     Thrust::kAccelerometer,
-     0.96,
-     0.3,
-     0.9},
-    {"nanobench",
-     {"nanobench/B3_figure8_fast_rep1.csv"},
-     AttitudeOf::kAhrs,
-     Thrust::kAccelerometer,
-     0.96,
-     0.3,
-     0.9},
-    {"nanobench",
-     {"nanobench/B9_trefoil_fast_rep1.csv"},
-     AttitudeOf::kAhrs,
-     Thrust::kAccelerometer,
-     0.96,
-     0.3,
-     0.9},
-    {"li_trashcan_race",
-     {"li_trashcan_race/6004.csv"},
-     AttitudeOf::kAhrs,
-     Thrust::kLevelFlight,
-     0.6,
-     1.05,
-     0.85},
-    {"li_trashcan_race",
-     {"li_trashcan_race/6019.csv"},
-     AttitudeOf::kAhrs,
-     Thrust::kLevelFlight,
-     0.6,
-     1.05,
-     0.85},
-    {"li_bebop_gate",
-     {"li_bebop_gate/2019-01-28_20_50_32.csv"},
-     AttitudeOf::kAhrs,
-     Thrust::kAccelerometer,
-     0.9,
-     0.6,
-     0.97},
-    {"li_bebop_drag",
-     {"li_bebop_drag/5deg.csv", "li_bebop_drag/take_5deg.csv"},
-     AttitudeOf::kAhrs,
-     Thrust::kAccelerometer,
-     0.93,
-     0.16,
-     0.87},
-    {"li_bebop_drag",
-     {"li_bebop_drag/10deg.csv", "li_bebop_drag/take_10deg.csv"},
-     AttitudeOf::kAhrs,
-     Thrust::kAccelerometer,
-     0.93,
-     0.16,
-     0.87},
-    {"neurobem",
-     {"neurobem/figure8_1_20210218170320seg2.csv"},
-     AttitudeOf::kMocap,
-     Thrust::kAccelerometer,
-     0.999,
-     0.03,
-     0.98},
-    {"neurobem",
-     {"neurobem/racetrack_1_20210218171908seg2.csv"},
-     AttitudeOf::kMocap,
-     Thrust::kAccelerometer,
-     0.999,
-     0.03,
-     0.98},
-    {"idsia_nanodrone",
-     {"idsia_nanodrone/square_20251017_run2.csv"},
-     AttitudeOf::kAhrs,
-     Thrust::kAccelerometer,
-     0.95,
-     0.35,
-     0.95},
+    {"nanobench", {"nanobench/B7_oval_fast_rep1.csv"}, kNanoBench},
+    {"nanobench", {"nanobench/B7_oval_fast_rep2.csv"}, kNanoBench},
+    {"nanobench_mocap", {"nanobench/B3_figure8_fast_rep1.csv"}, kNanoBench},
+    {"nanobench", {"nanobench/B3_figure8_fast_rep1.csv"}, kNanoBench},
+    {"nanobench", {"nanobench/B9_trefoil_fast_rep1.csv"}, kNanoBench},
+    {"li_trashcan_race", {"li_trashcan_race/6004.csv"}, kRacer},
+    {"li_trashcan_race", {"li_trashcan_race/6019.csv"}, kRacer},
+    {"li_bebop_gate", {"li_bebop_gate/2019-01-28_20_50_32.csv"}, kBebopGate},
+    {"li_bebop_drag", {"li_bebop_drag/5deg.csv", "li_bebop_drag/take_5deg.csv"}, kBebopDrag},
+    {"li_bebop_drag", {"li_bebop_drag/10deg.csv", "li_bebop_drag/take_10deg.csv"}, kBebopDrag},
+    {"neurobem", {"neurobem/figure8_1_20210218170320seg2.csv"}, kNeuroBem},
+    {"neurobem", {"neurobem/racetrack_1_20210218171908seg2.csv"}, kNeuroBem},
+    {"idsia_nanodrone", {"idsia_nanodrone/square_20251017_run2.csv"}, kNanoDrone},
     {"idsia_nanodrone_square",
      {"nanodrone_benchmark/raw/square_20251017_run1.csv.gz"},
-     AttitudeOf::kAhrs,
-     Thrust::kAccelerometer,
-     0.95,
-     0.35,
-     0.75},  // it keeps its heading, and attitudes are held
-    {"idsia_nanodrone",
-     {"idsia_nanodrone/random1_20251017_run1.csv"},
-     AttitudeOf::kAhrs,
-     Thrust::kAccelerometer,
-     0.95,
-     0.35,
-     0.95},
-    {"indi_throw",
-     {"indi_throw/IROS2024_LOG00230_SI.csv"},
-     AttitudeOf::kMocap,
-     Thrust::kAccelerometer,
-     0.95,
-     0.27,
-     0.98},
-    {"indi_throw",
-     {"indi_throw/IROS2024_LOG00267_SI.csv"},
-     AttitudeOf::kAhrs,
-     Thrust::kAccelerometer,
-     0.95,
-     0.27,
-     0.98},
+     kNanoDroneSquare},
+    {"idsia_nanodrone", {"idsia_nanodrone/random1_20251017_run1.csv"}, kNanoDrone},
+    {"indi_throw", {"indi_throw/IROS2024_LOG00230_SI.csv"}, kThrow},
+    {"indi_throw", {"indi_throw/IROS2024_LOG00267_SI.csv"}, kThrowByAhrs},
 };
 
 void PrintTo(const Flight& flight, std::ostream* out) { *out << flight.files.front(); }
@@ -154,10 +69,6 @@ std::string NameOf(const testing::TestParamInfo<Flight>& info) {
   return name;
 }
 
-std::string MapPath(const std::string& name) {
-  return std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/" + name + ".yaml";
-}
-
 class Flights : public testing::TestWithParam<Flight> {
  protected:
   void SetUp() override {
@@ -167,7 +78,7 @@ class Flights : public testing::TestWithParam<Flight> {
         GTEST_SKIP() << path << " is not there; set TRUELINE_DATA";
       files_.push_back(path.string());
     }
-    log_ = ConvertLog(ReadImportMap(MapPath(GetParam().map)), files_, {});
+    log_ = ConvertLog(ShippedMap(GetParam().map), files_, {});
   }
 
   std::vector<std::string> files_;
@@ -175,19 +86,19 @@ class Flights : public testing::TestWithParam<Flight> {
 };
 
 TEST_P(Flights, SpecificForceIsThatOfMocap) {
-  const Agreement found = CheckPhysics(log_, GetParam().attitude, GetParam().thrust);
+  const Agreement found = CheckPhysics(log_, GetParam().limits.attitude, GetParam().limits.thrust);
   for (int axis = 0; axis < 2; ++axis) {
-    EXPECT_GT(found.correlation[axis], GetParam().min_correlation) << "axis " << axis;
-    EXPECT_LT(found.rms[axis], GetParam().max_rms) << "axis " << axis;
+    EXPECT_GT(found.correlation[axis], GetParam().limits.min_correlation) << "axis " << axis;
+    EXPECT_LT(found.rms[axis], GetParam().limits.max_rms) << "axis " << axis;
     EXPECT_LT(std::abs(found.mean[axis]), 0.6) << "axis " << axis;
   }
   EXPECT_LT(std::abs(found.mean.z()), 0.8);
 }
 
 TEST_P(Flights, GyroIsTheTurnOfTheAttitude) {
-  const Agreement found = CheckRates(log_, GetParam().attitude);
+  const Agreement found = CheckRates(log_, GetParam().limits.attitude);
   for (int axis = 0; axis < 3; ++axis) {
-    EXPECT_GT(found.correlation[axis], GetParam().min_rate_correlation) << "axis " << axis;
+    EXPECT_GT(found.correlation[axis], GetParam().limits.min_rate_correlation) << "axis " << axis;
   }
 }
 

@@ -52,39 +52,35 @@ std::vector<Row> RowsOf(Recording* recording, const std::string& label) {
 // --- ULog
 
 std::string ULogRecord(char type, const std::string& payload) {
-  return Bytes()
-      .Add(static_cast<std::uint16_t>(payload.size()))
-      .Text(std::string(1, type) + payload)
-      .str();
+  return Packed(static_cast<std::uint16_t>(payload.size()), std::string(1, type) + payload);
+}
+
+// The header, and the definitions of messages.
+std::string ULogStart(const std::vector<std::string>& formats) {
+  std::string text = std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0') +
+                     ULogRecord('B', std::string(40, '\0'));
+  for (const std::string& format : formats) text += ULogRecord('F', format);
+  return text;
+}
+
+std::string ULogSubscription(std::uint16_t id, const std::string& topic,
+                             std::uint8_t instance = 0) {
+  return ULogRecord('A', Packed(instance, id, topic));
 }
 
 std::string ULogData(std::uint16_t id, std::uint64_t time, std::uint64_t sample, float x) {
-  return ULogRecord('D', Bytes()
-                             .Add(id)
-                             .Add(time)
-                             .Add(sample)
-                             .Add(x)
-                             .Add(std::int16_t{-7})
-                             .Text(std::string(2, '\0'))
-                             .Add(std::int16_t{8})
-                             .Text(std::string(2, '\0'))
-                             .str());
+  return ULogRecord('D', Packed(id, time, sample, x, std::int16_t{-7}, std::string(2, '\0'),
+                                std::int16_t{8}, std::string(2, '\0')));
 }
 
 std::string SmallULog(const std::string& damage) {
-  const auto subscribe = [](std::uint8_t instance, std::uint16_t id) {
-    return ULogRecord('A', Bytes().Add(instance).Add(id).Text("topic").str());
-  };
-  return std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0') +
-         ULogRecord('B', std::string(40, '\0')) +
-         ULogRecord('F',
-                    "topic:uint64_t timestamp;uint64_t timestamp_sample;float x;inner[2] a;"
-                    "uint8_t[4] _padding0;") +
-         ULogRecord('F', "inner:int16_t v;uint8_t[2] _padding0;") + subscribe(0, 3) +
-         subscribe(1, 4) + ULogData(3, 2'000'000, 1'990'000, 0.5F) +
-         ULogData(4, 2'100'000, 2'090'000, 1.5F) + damage +
-         ULogRecord('S', "\x2f\x73\x13\x20\x25\x0c\xbb\x12") + ULogData(3, 3'000'000, 0, 2.5F) +
-         "\x20";  // cut off
+  return ULogStart({"topic:uint64_t timestamp;uint64_t timestamp_sample;float x;inner[2] a;"
+                    "uint8_t[4] _padding0;",
+                    "inner:int16_t v;uint8_t[2] _padding0;"}) +
+         ULogSubscription(3, "topic") + ULogSubscription(4, "topic", 1) +
+         ULogData(3, 2'000'000, 1'990'000, 0.5F) + ULogData(4, 2'100'000, 2'090'000, 1.5F) +
+         damage + ULogRecord('S', "\x2f\x73\x13\x20\x25\x0c\xbb\x12") +
+         ULogData(3, 3'000'000, 0, 2.5F) + "\x20";  // cut off
 }
 
 TEST(ULog, NestsPadsAndResynchronises) {
@@ -107,22 +103,12 @@ TEST(ULog, NestsPadsAndResynchronises) {
                                            HasSubstr("is cut off within the record at byte")));
 }
 
-std::string ULogStart(const std::string& format) {
-  return std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0') +
-         ULogRecord('B', std::string(40, '\0')) + ULogRecord('F', format);
-}
-
-std::string ULogSubscription(std::uint16_t id, const std::string& topic) {
-  return ULogRecord('A', Bytes().Add(std::uint8_t{0}).Add(id).Text(topic).str());
-}
-
 // A definition of a line may ask for more memory than there is.
 TEST(ULog, DefinitionsLargerThanTheirMessagesCostNothing) {
   const ImportFiles files;
-  std::string text = ULogStart("t:uint64_t timestamp;uint32_t[16000] q;");
+  std::string text = ULogStart({"t:uint64_t timestamp;uint32_t[16000] q;"});
   for (std::uint16_t id = 0; id < 3000; ++id) {
-    text +=
-        ULogSubscription(id, "t") + ULogRecord('D', Bytes().Add(id).Add(std::uint64_t{id}).str());
+    text += ULogSubscription(id, "t") + ULogRecord('D', Packed(id, std::uint64_t{id}));
   }
   const auto log = OpenRecording(files.Write("log", text));
   EXPECT_TRUE(log->channels().empty());
@@ -133,17 +119,17 @@ TEST(ULog, DefinitionsLargerThanTheirMessagesCostNothing) {
 // Each holds the next many times, and the last one nothing.
 TEST(ULog, TypesWithoutBytesMayNotNestWithoutEnd) {
   const ImportFiles files;
-  std::string text = ULogStart("t16:");
+  std::string text = ULogStart({"t16:"});
   for (int i = 0; i < 16; ++i) text += ULogRecord('F', fmt::format("t{}:t{}[60000] x;", i, i + 1));
-  text += ULogSubscription(1, "t0") + ULogRecord('D', Bytes().Add(std::uint16_t{1}).str());
+  text += ULogSubscription(1, "t0") + ULogRecord('D', Packed(std::uint16_t{1}));
   EXPECT_TRUE(OpenRecording(files.Write("log", text))->channels().empty());
 }
 
 TEST(ULog, LeavesOutImpossibleTimes) {
   const ImportFiles files;
-  std::string text = ULogStart("t:uint64_t timestamp;float x;") + ULogSubscription(1, "t");
+  std::string text = ULogStart({"t:uint64_t timestamp;float x;"}) + ULogSubscription(1, "t");
   for (const std::uint64_t time : {~0ULL, ~0ULL >> 1, 5'000'000ULL}) {
-    text += ULogRecord('D', Bytes().Add(std::uint16_t{1}).Add(time).Add(0.5F).str());
+    text += ULogRecord('D', Packed(std::uint16_t{1}, time, 0.5F));
   }
   const auto log = OpenRecording(files.Write("log", text));
   const std::vector<Row> rows = RowsOf(log.get(), "t");
@@ -175,38 +161,30 @@ TEST(ULog, LeavesOutMalformedDefinitions) {
   EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr("never announced")));
 }
 
+constexpr char kSensorCombined[] =
+    "sensor_combined:uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;";
+
 // A log before PX4 1.14 of an IMU and of the outputs given, one message a ms each.
 std::string ULogOfOutputs(std::int32_t dshot_config, const std::vector<float>& outputs) {
   const std::string name = "int32_t DSHOT_CONFIG";
-  const auto subscribe = [](std::uint16_t id, const std::string& topic) {
-    return ULogRecord('A', Bytes().Add(std::uint8_t{0}).Add(id).Text(topic).str());
-  };
   std::string log =
-      std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0') +
-      ULogRecord('B', std::string(40, '\0')) +
-      ULogRecord('F',
-                 "sensor_combined:uint64_t timestamp;float[3] gyro_rad;float[3] "
-                 "accelerometer_m_s2;") +
-      ULogRecord('F', "actuator_outputs:uint64_t timestamp;uint32_t noutputs;float[4] output;") +
-      ULogRecord(
-          'P',
-          Bytes().Add(static_cast<std::uint8_t>(name.size())).Text(name).Add(dshot_config).str()) +
-      subscribe(0, "sensor_combined") + subscribe(1, "actuator_outputs");
+      ULogStart({kSensorCombined,
+                 "actuator_outputs:uint64_t timestamp;uint32_t noutputs;float[4] output;"}) +
+      ULogRecord('P', Packed(static_cast<std::uint8_t>(name.size()), name, dshot_config)) +
+      ULogSubscription(0, "sensor_combined") + ULogSubscription(1, "actuator_outputs");
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const std::uint64_t time = 1000 * (i + 1);
-    Bytes imu, output;
-    imu.Add(std::uint16_t{0}).Add(time);
-    for (int k = 0; k < 6; ++k) imu.Add(0.5F);
-    output.Add(std::uint16_t{1}).Add(time).Add(std::uint32_t{4});
-    for (int k = 0; k < 4; ++k) output.Add(outputs[i]);
-    log += ULogRecord('D', imu.str()) + ULogRecord('D', output.str());
+    std::string imu = Packed(std::uint16_t{0}, time);
+    std::string output = Packed(std::uint16_t{1}, time, std::uint32_t{4});
+    for (int k = 0; k < 6; ++k) imu += Packed(0.5F);
+    for (int k = 0; k < 4; ++k) output += Packed(outputs[i]);
+    log += ULogRecord('D', imu) + ULogRecord('D', output);
   }
   return log;
 }
 
 FlightLog ConvertPx4(const ImportFiles& files, const std::string& log) {
-  const std::string map = std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/px4.yaml";
-  return ConvertLog(ReadImportMap(map), {files.Write("flight.ulg", log)}, {});
+  return ConvertLog(ShippedMap("px4"), {files.Write("flight.ulg", log)}, {});
 }
 
 std::vector<double> FirstMotor(const FlightLog& log) {
@@ -215,37 +193,23 @@ std::vector<double> FirstMotor(const FlightLog& log) {
   return commands;
 }
 
-// Values that PWM has, too: 1000 of DShot is half of its range, of PWM it is none.
 // Until 1.13 PX4 names the numbers of mocap x, y and z, since then position[0..2].
 TEST(ULog, TheShippedMapReadsMocapOfOldVersions) {
   const ImportFiles files;
-  const std::string log =
-      ULogStart(
-          "sensor_combined:uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;") +
-      ULogRecord('F',
-                 "vehicle_mocap_odometry:uint64_t timestamp;float x;float y;float z;float[4] q;") +
-      ULogSubscription(1, "sensor_combined") + ULogSubscription(2, "vehicle_mocap_odometry") +
-      ULogRecord('D', Bytes()
-                          .Add(std::uint16_t{1})
-                          .Add(std::uint64_t{1000})
-                          .Text(std::string(6 * sizeof(float), '\0'))
-                          .str()) +
-      ULogRecord('D', Bytes()
-                          .Add(std::uint16_t{2})
-                          .Add(std::uint64_t{1000})
-                          .Add(1.0F)
-                          .Add(2.0F)
-                          .Add(3.0F)
-                          .Add(1.0F)
-                          .Text(std::string(3 * sizeof(float), '\0'))
-                          .str());
-  const FlightLog converted =
-      ConvertLog(ReadImportMap(std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/px4.yaml"),
-                 {files.Write("a.ulg", log)}, {});
+  const std::uint64_t time = 1000;
+  const FlightLog converted = ConvertPx4(
+      files,
+      ULogStart({kSensorCombined,
+                 "vehicle_mocap_odometry:uint64_t timestamp;float x;float y;float z;float[4] q;"}) +
+          ULogSubscription(1, "sensor_combined") + ULogSubscription(2, "vehicle_mocap_odometry") +
+          ULogRecord('D', Packed(std::uint16_t{1}, time, std::string(6 * sizeof(float), '\0'))) +
+          ULogRecord('D', Packed(std::uint16_t{2}, time, 1.0F, 2.0F, 3.0F, 1.0F,
+                                 std::string(3 * sizeof(float), '\0'))));
   EXPECT_EQ(converted.fixes.at(0).p_E, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(converted.pose.at(0).p_E, Eigen::Vector3d(1, 2, 3));
 }
 
+// Values that PWM has, too: 1000 of DShot is half of its range, of PWM it is none.
 TEST(ULog, OutputsAreDshotWhereTheParameterSaysSo) {
   const ImportFiles files;
   const FlightLog log = ConvertPx4(files, ULogOfOutputs(600, {0.0F, 110.0F, 999.5F, 1999.0F}));
@@ -300,16 +264,13 @@ Row Decode(MessageDecoder* decoder, const std::string& first, const std::string&
 // Every primitive is aligned to its size after the four bytes of encapsulation.
 TEST(RosMessages, AreAlignedInCdr) {
   const auto message = [](const std::vector<std::int16_t>& some) {
-    Bytes bytes;
-    bytes.Text(std::string("\0\1\0\0", 4)).Add(std::uint8_t{1}).Text(std::string(7, '\0'));
-    bytes.Add(2.25).Add(std::uint32_t{4}).Text(std::string("abc\0", 4));
-    bytes.Add(static_cast<std::uint32_t>(some.size()));
-    for (const std::int16_t value : some) bytes.Add(value);
+    std::string bytes =
+        Packed(std::string("\0\1\0\0\1", 5), std::string(7, '\0'), 2.25, std::uint32_t{4},
+               std::string("abc\0", 4), static_cast<std::uint32_t>(some.size()));
+    for (const std::int16_t value : some) bytes += Packed(value);
     const std::string gap(3, '\0');
-    bytes.Add(std::uint8_t{9}).Text(gap).Add(std::uint32_t{70000});
-    bytes.Add(std::uint8_t{8}).Text(gap).Add(std::uint32_t{80000});
-    bytes.Add(std::int32_t{5}).Add(std::uint32_t{7});
-    return bytes.str();
+    return bytes + Packed(std::uint8_t{9}, gap, std::uint32_t{70000}, std::uint8_t{8}, gap,
+                          std::uint32_t{80000}, std::int32_t{5}, std::uint32_t{7});
   };
   const auto decoder = MakeCdrDecoder("pkg/msg/Mixed", kMixed);
   Channel channel;
@@ -328,10 +289,9 @@ TEST(RosMessages, AreAlignedInCdr) {
 TEST(RosMessages, ListsMayShrinkAndGrow) {
   const std::string definition = "int16[] some\nuint8 after\n";
   const auto message = [](const std::vector<std::int16_t>& some, std::uint8_t after) {
-    Bytes bytes;
-    bytes.Text(std::string("\0\1\0\0", 4)).Add(static_cast<std::uint32_t>(some.size()));
-    for (const std::int16_t value : some) bytes.Add(value);
-    return bytes.Add(after).str();
+    std::string bytes = Packed(std::string("\0\1\0\0", 4), static_cast<std::uint32_t>(some.size()));
+    for (const std::int16_t value : some) bytes += Packed(value);
+    return bytes + Packed(after);
   };
   const auto decoder = MakeCdrDecoder("pkg/List", definition);
   Channel channel;
@@ -360,15 +320,9 @@ TEST(RosMessages, ArePackedInRos1) {
                                        "Header header\nuint8 a\nfloat32 b\n"
                                        "===\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring "
                                        "frame_id\n");
-  const std::string message = Bytes()
-                                  .Add(std::uint32_t{1})
-                                  .Add(std::uint32_t{1'700'000'000})
-                                  .Add(std::uint32_t{123'456'789})
-                                  .Add(std::uint32_t{3})
-                                  .Text("map")
-                                  .Add(std::uint8_t{7})
-                                  .Add(0.5F)
-                                  .str();
+  const std::string message =
+      Packed(std::uint32_t{1}, std::uint32_t{1'700'000'000}, std::uint32_t{123'456'789},
+             std::uint32_t{3}, "map", std::uint8_t{7}, 0.5F);
   Channel channel;
   Decode(decoder.get(), message, message, &channel);
   EXPECT_THAT(NamesOf(channel), ElementsAre("header.seq", "header.stamp", "a", "b"));
@@ -418,31 +372,26 @@ TEST(RosMessages, LayoutsAreTheSameWhateverCommentsSay) {
 // --- ROS 1 bags
 
 std::string BagRecord(const std::vector<std::string>& fields, const std::string& data) {
-  Bytes header;
+  std::string header;
   for (const std::string& field : fields) {
-    header.Add(static_cast<std::uint32_t>(field.size())).Text(field);
+    header += Packed(static_cast<std::uint32_t>(field.size()), field);
   }
-  return Bytes()
-      .Add(static_cast<std::uint32_t>(header.str().size()))
-      .Text(header.str())
-      .Add(static_cast<std::uint32_t>(data.size()))
-      .Text(data)
-      .str();
+  return Packed(static_cast<std::uint32_t>(header.size()), header,
+                static_cast<std::uint32_t>(data.size()), data);
 }
 
 std::string BagConnection(std::uint32_t id, const std::string& definition) {
   const auto field = [](const std::string& text) {
-    return Bytes().Add(static_cast<std::uint32_t>(text.size())).Text(text).str();
+    return Packed(static_cast<std::uint32_t>(text.size()), text);
   };
   return BagRecord(
-      {"op=\7", "conn=" + Bytes().Add(id).str(), "topic=/x"},
+      {"op=\7", "conn=" + Packed(id), "topic=/x"},
       field("topic=/x") + field("type=p/T") + field("message_definition=" + definition));
 }
 
 std::string BagMessage(std::uint32_t id, std::uint32_t time, double a, double b) {
-  return BagRecord({"op=\2", "conn=" + Bytes().Add(id).str(),
-                    "time=" + Bytes().Add(time).Add(std::uint32_t{0}).str()},
-                   Bytes().Add(a).Add(b).str());
+  return BagRecord({"op=\2", "conn=" + Packed(id), "time=" + Packed(time, std::uint32_t{0})},
+                   Packed(a, b));
 }
 
 std::string BagChunk(const std::string& records) {
@@ -450,9 +399,8 @@ std::string BagChunk(const std::string& records) {
 }
 
 std::string BagStart(std::uint64_t index, std::uint32_t chunks) {
-  return "#ROSBAG V2.0\n" + BagRecord({"op=\3", "index_pos=" + Bytes().Add(index).str(),
-                                       "chunk_count=" + Bytes().Add(chunks).str()},
-                                      "");
+  return "#ROSBAG V2.0\n" +
+         BagRecord({"op=\3", "index_pos=" + Packed(index), "chunk_count=" + Packed(chunks)}, "");
 }
 
 TEST(RosBag, IsReadBeyondAWrongIndex) {
@@ -506,11 +454,11 @@ TEST(Mcap, FieldsAreThoseOfTheFullestOfTheFirstMessages) {
 TEST(Mcap, SaysWhatIsNotRead) {
   const ImportFiles files;
   const std::string start = kMcapStart + McapJson(1, "/m") + McapMessage(1, 1, R"({"x":1})");
-  const std::string lie = "\6" + Bytes().Add(std::uint64_t{1} << 63).str() + "abcd";
+  const std::string lie = "\6" + Packed(std::uint64_t{1} << 63) + "abcd";
   EXPECT_THAT(OpenRecording(files.Write("a.mcap", start + lie))->warnings(),
               ElementsAre(HasSubstr("so the 13 bytes from there to the end are not read")));
-  const std::string chunk = McapRecord(
-      6, std::string(28, '\0') + McapText("") + Bytes().Add(std::uint64_t{13}).Text(lie).str());
+  const std::string chunk =
+      McapRecord(6, std::string(28, '\0') + McapText("") + Packed(std::uint64_t{13}, lie));
   EXPECT_THAT(
       OpenRecording(files.Write("a.mcap", start + chunk + McapRecord(15, "1234")))->warnings(),
       ElementsAre(HasSubstr("ends within a record; the 13 bytes")));
@@ -520,20 +468,18 @@ TEST(Mcap, SaysWhatIsNotRead) {
 
 // A log of one event with one record.
 std::string UsdLog(const std::vector<std::string>& variables, const std::string& values) {
-  Bytes log;
-  log.Add(std::uint8_t{0xBC}).Add(std::uint16_t{2}).Add(std::uint16_t{1}).Add(std::uint16_t{0});
-  log.Text(std::string("fixedFrequency") + '\0').Add(static_cast<std::uint16_t>(variables.size()));
-  for (const std::string& variable : variables) log.Text(variable + '\0');
-  return log.Add(std::uint16_t{0}).Add(std::uint64_t{1000}).Text(values).Text("none").str();
+  std::string log = Packed(std::uint8_t{0xBC}, std::uint16_t{2}, std::uint16_t{1}, std::uint16_t{0},
+                           "fixedFrequency", '\0', static_cast<std::uint16_t>(variables.size()));
+  for (const std::string& variable : variables) log += variable + '\0';
+  return log + Packed(std::uint16_t{0}, std::uint64_t{1000}, values, "none");
 }
 
 // The packed words follow the firmware's description: the largest component is left out.
 TEST(Crazyflie, UnpacksQuaternions) {
   const ImportFiles files;
   const auto numbers = [&](std::uint32_t packed) {
-    const auto log =
-        OpenRecording(files.Write("a", UsdLog({"a.b(B)", "stateEstimateZ.quat(I)"},
-                                              Bytes().Add(std::uint8_t{7}).Add(packed).str())));
+    const auto log = OpenRecording(files.Write(
+        "a", UsdLog({"a.b(B)", "stateEstimateZ.quat(I)"}, Packed(std::uint8_t{7}, packed))));
     EXPECT_THAT(NamesOf(log->channels()[0]),
                 ElementsAre("a.b", "stateEstimateZ.quat", "stateEstimateZ.qx", "stateEstimateZ.qy",
                             "stateEstimateZ.qz", "stateEstimateZ.qw"));
@@ -549,28 +495,25 @@ TEST(Crazyflie, UnpacksQuaternions) {
 
 TEST(Crazyflie, TheShippedMapReadsAttitudesOfAllKinds) {
   const ImportFiles files;
-  const ImportMap map =
-      ReadImportMap(std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/crazyflie.yaml");
+  const ImportMap map = ShippedMap("crazyflie");
   std::vector<std::string> variables = {"acc.x(f)",  "acc.y(f)",  "acc.z(f)",
                                         "gyro.x(f)", "gyro.y(f)", "gyro.z(f)"};
-  Bytes values;
-  for (int i = 0; i < 6; ++i) values.Add(1.0F);
+  std::string values;
+  for (int i = 0; i < 6; ++i) values += Packed(1.0F);
   const auto attitude = [&](const std::vector<std::string>& more, const std::string& bytes) {
     std::vector<std::string> all = variables;
     all.insert(all.end(), more.begin(), more.end());
-    const FlightLog log =
-        ConvertLog(map, {files.Write("a", UsdLog(all, values.str() + bytes))}, {});
+    const FlightLog log = ConvertLog(map, {files.Write("a", UsdLog(all, values + bytes))}, {});
     return log.attitude.at(0).q_Ep_I;
   };
   // 2 asin(0.6) = 73.74 deg nose up, which turns about -y of axes forward-left-up.
   constexpr std::uint32_t kNoseUp = 3U << 30 | (1 << 9 | 434) << 10;
   const Eigen::Quaterniond nose_up(0.8, 0.0, 0.6, 0.0);
-  const Eigen::Quaterniond packed =
-      attitude({"stateEstimateZ.quat(I)"}, Bytes().Add(kNoseUp).str());
+  const Eigen::Quaterniond packed = attitude({"stateEstimateZ.quat(I)"}, Packed(kNoseUp));
   EXPECT_LT(packed.angularDistance(nose_up), 2e-3);
   const Eigen::Quaterniond angles =
       attitude({"stateEstimate.roll(f)", "stateEstimate.pitch(f)", "stateEstimate.yaw(f)"},
-               Bytes().Add(0.0F).Add(73.739795F).Add(0.0F).str());
+               Packed(0.0F, 73.739795F, 0.0F));
   EXPECT_LT(angles.angularDistance(nose_up), 1e-6);
 }
 
@@ -578,18 +521,12 @@ TEST(Crazyflie, TheShippedMapReadsAttitudesOfAllKinds) {
 
 std::string FlashFmt(std::uint8_t type, std::uint8_t length, const std::string& name,
                      const std::string& letters, const std::string& columns) {
-  return Bytes()
-      .Text("\xA3\x95\x80")
-      .Add(type)
-      .Add(length)
-      .Padded(name, 4)
-      .Padded(letters, 16)
-      .Padded(columns, 64)
-      .str();
+  return Packed("\xA3\x95\x80", type, length, Padded(name, 4), Padded(letters, 16),
+                Padded(columns, 64));
 }
 
 std::string FlashSample(std::uint64_t time, std::uint8_t sensor, std::int16_t hundredths, float x) {
-  return Bytes().Text("\xA3\x95\x05").Add(time).Add(sensor).Add(hundredths).Add(x).str();
+  return Packed("\xA3\x95\x05", time, sensor, hundredths, x);
 }
 
 TEST(DataFlash, ScalesByTheLogsMultipliersAndTellsSensorsApart) {
@@ -601,15 +538,10 @@ TEST(DataFlash, ScalesByTheLogsMultipliersAndTellsSensorsApart) {
       FlashFmt(7, 76, "UNIT", "QbZ", "TimeUS,Id,Label") +
       FlashFmt(8, 44, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds") +
       FlashSample(1'000'000, 0, 250, 4.0F) + "noise" + FlashSample(1'100'000, 1, 300, 5.0F) +
-      Bytes().Text("\xA3\x95\x06").Add(std::uint64_t{0}).Text("C").Add(1e-3).str() +
-      Bytes().Text("\xA3\x95\x07").Add(std::uint64_t{0}).Text("m").Padded("m", 64).str() +
-      Bytes()
-          .Text("\xA3\x95\x08")
-          .Add(std::uint64_t{0})
-          .Add(std::uint8_t{5})
-          .Padded("s#-m", 16)
-          .Padded("F--C", 16)
-          .str() +
+      Packed("\xA3\x95\x06", std::uint64_t{0}, "C", 1e-3) +
+      Packed("\xA3\x95\x07", std::uint64_t{0}, "m", Padded("m", 64)) +
+      Packed("\xA3\x95\x08", std::uint64_t{0}, std::uint8_t{5}, Padded("s#-m", 16),
+             Padded("F--C", 16)) +
       FlashSample(1'200'000, 0, 260, 6.0F).substr(0, 9);
   const auto log = OpenRecording(files.Write("log.bin", log_text));
   EXPECT_EQ(log->format().key, std::string("dataflash"));
@@ -630,8 +562,7 @@ TEST(DataFlash, RecordsAreReadByTheDefinitionBeforeThem) {
   const std::string first = FlashFmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") +
                             FlashFmt(5, 18, "SENS", "QBcf", "TimeUS,I,Lean,X");
   const std::string second = FlashFmt(5, 19, "SENS", "Qff", "TimeUS,X,Y");
-  const std::string sample =
-      Bytes().Text("\xA3\x95\x05").Add(std::uint64_t{2'000'000}).Add(7.0F).Add(8.0F).str();
+  const std::string sample = Packed("\xA3\x95\x05", std::uint64_t{2'000'000}, 7.0F, 8.0F);
   const auto rows_of = [&](int before, int after) {
     std::string text = first;
     for (int i = 0; i < before; ++i) text += FlashSample(1'000'000, 0, 250, 4.0F);
@@ -939,12 +870,12 @@ TEST_F(KilledRecorder, ACutDatabaseIsNamedSo) {
 
 std::string FlashImu(double time, float x) {
   const auto us = static_cast<std::uint64_t>(std::llround(time * 1e6));
-  return Bytes().Text("\xA3\x95\x05").Add(us).Add(x).Add(0.0F).Add(-9.81F).str();
+  return Packed("\xA3\x95\x05", us, x, 0.0F, -9.81F);
 }
 
 std::string FlashBattery(double time) {
   const auto us = static_cast<std::uint64_t>(std::llround(time * 1e6));
-  return Bytes().Text("\xA3\x95\x06").Add(us).Add(static_cast<float>(time)).str();
+  return Packed("\xA3\x95\x06", us, static_cast<float>(time));
 }
 
 std::string FlashStart() {

@@ -10,6 +10,11 @@
 
 namespace trueline {
 
+inline std::string ShippedMapFile(const std::string& name) {
+  return std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/" + name + ".yaml";
+}
+inline ImportMap ShippedMap(const std::string& name) { return ReadImportMap(ShippedMapFile(name)); }
+
 class ImportFiles : public TestFolder {
  public:
   std::string Write(const std::string& name, const std::string& text) const {

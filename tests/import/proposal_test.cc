@@ -78,6 +78,9 @@ TEST_F(Proposal, UnitsAreSpelledInManyWays) {
       EXPECT_EQ(log.fixes[0].p_E.z(), 3.0) << map_;
     }
   }
+  const FlightLog suffixes = Convert("t,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps\n", ",0,0,-1,0,0,90");
+  EXPECT_EQ(suffixes.imu[0].accel.z(), -9.80665) << map_;
+  EXPECT_NEAR(suffixes.imu[0].gyro.z(), M_PI / 2, 1e-12) << map_;
   EXPECT_NEAR(Convert(std::string(kImuNames) + ",pos_x[ft],pos_y[ft],pos_z[ft]\n",
                       std::string(kImuRow) + ",1,2,10")
                   .fixes[0]
@@ -231,7 +234,7 @@ TEST_F(Proposal, VectorsHaveManyNames) {
   ASSERT_EQ(up.fixes.size(), 3U) << map_;
   EXPECT_EQ(up.fixes[0].p_E, Eigen::Vector3d(1, 2, 3)) << map_;
   for (const char* rates : {"roll_rate,pitch_rate,yaw_rate", "rollspeed,pitchspeed,yawspeed",
-                            "xgyro,ygyro,zgyro", "p,q,r"}) {
+                            "xgyro,ygyro,zgyro", "p,q,r", "w_x,w_y,w_z", "wx,wy,wz"}) {
     const FlightLog log = Convert(fmt::format("t,xacc,yacc,zacc,{}\n", rates), kImuRow);
     EXPECT_EQ(log.imu[0].gyro.z(), 0.5) << map_;
     EXPECT_EQ(log.imu[0].accel.z(), -9.81) << map_;

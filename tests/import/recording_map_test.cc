@@ -234,37 +234,5 @@ TEST_F(RecordingMap, ProposesAMap) {
   EXPECT_EQ(log.battery.back().value, 12.0);
 }
 
-TEST_F(RecordingMap, ProposesAnImuOfShortNames) {
-  for (const char* rates : {"gx,gy,gz", "wx,wy,wz", "w_x,w_y,w_z", "p,q,r"}) {
-    const std::string csv = files_.Write(
-        "flight.csv",
-        fmt::format("t,ax,ay,az,{}\n1,0,0,-9.81,0,0,0.1\n2,0,0,-9.81,0,0,0.2\n", rates));
-    const std::string proposed = ProposeMap(OpenRecording(csv).get());
-    const FlightLog log = ConvertLog(ReadImportMap(files_.Write("map.yaml", proposed)), {csv}, {});
-    ASSERT_EQ(log.imu.size(), 2U) << proposed;
-    EXPECT_EQ(log.imu[1].gyro.z(), 0.2) << proposed;
-    EXPECT_EQ(log.imu[1].accel.z(), -9.81) << proposed;
-  }
-}
-
-TEST_F(RecordingMap, AProposalHasTheUnitsThatNamesState) {
-  for (const char* pattern : {"{} [{}]", "{} ({})", "{}_{}"}) {
-    std::string header = "t";
-    for (const char* name : {"ax", "ay", "az"}) {
-      header += "," + fmt::format(fmt::runtime(pattern), name, "g");
-    }
-    for (const char* name : {"gx", "gy", "gz"}) {
-      header += "," + fmt::format(fmt::runtime(pattern), name, "dps");
-    }
-    const std::string csv =
-        files_.Write("flight.csv", header + "\n1,0,0,-1,0,0,90\n2,0,0,-1,0,0,90\n");
-    const std::string proposed = ProposeMap(OpenRecording(csv).get());
-    const FlightLog log = ConvertLog(ReadImportMap(files_.Write("map.yaml", proposed)), {csv}, {});
-    ASSERT_EQ(log.imu.size(), 2U) << proposed;
-    EXPECT_NEAR(log.imu[1].gyro.z(), M_PI / 2, 1e-12) << proposed;
-    EXPECT_EQ(log.imu[1].accel.z(), -9.80665) << proposed;
-  }
-}
-
 }  // namespace
 }  // namespace trueline

@@ -310,8 +310,7 @@ class SameFlight : public testing::Test {
   // `map` is a file of config/import, with x taken as north as in the table.
   FlightLog Convert(const std::string& map, const std::string& file, const std::string& more = "",
                     const std::string& body = "") {
-    std::ifstream in(std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/" + map + ".yaml");
-    std::string text(std::istreambuf_iterator<char>(in), {});
+    std::string text = ReadText(ShippedMapFile(map));
     const auto replace = [&text](const std::string& from, const std::string& to) {
       const std::size_t place = text.find(from);
       if (place != std::string::npos) text.replace(place, from.size(), to);
@@ -475,10 +474,8 @@ TEST(ShippedMaps, SayWhatAnUnusableLogLacks) {
 
 TEST(ShippedMaps, TumBesidePx4) {
   SKIP_WITHOUT_LOGS();
-  const ImportMap map =
-      ReadImportMap(std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/imu_and_tum.yaml");
   const FlightLog log =
-      ConvertLog(map,
+      ConvertLog(ShippedMap("imu_and_tum"),
                  {(Logs() / "ulog/indoor_vision.ulg").string(),
                   (Logs() / "trajectories/tum_freiburg1_xyz_first1000.txt").string()},
                  {});
