@@ -1,4 +1,5 @@
-"""Follows a tutorial of the handbook as a reader would. `tutorial.py PAGE` prints what its commands say.
+"""Follows a tutorial of the handbook as a reader would: `tutorial.py PAGE` checks what the page shows, and
+`tutorial.py --print PAGE` prints what its commands say.
 
 A block of YAML is the reader's map.yaml, blocks of commands run one after the other, and each block of output is
 looked for, line by line, in what the commands before it have said.
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import yaml
 
+sys.dont_write_bytecode = True
 sys.path.append(str(Path(__file__).resolve().parents[1] / "result"))
 
 from schemas import complaints
@@ -53,13 +55,11 @@ def follow(page, folder):
 class Tutorial(unittest.TestCase):
     """A page whose commands are run once; what each of them says is compared with what the page shows."""
 
-    page = None
-
     @classmethod
     def setUpClass(cls):
         cls.root = Path(tempfile.mkdtemp(prefix="trueline_tutorial_"))
         cls.addClassCleanup(shutil.rmtree, cls.root)
-        cls.steps = list(follow(cls.page, cls.root))
+        cls.steps = list(follow(PAGE, cls.root))
 
     def result(self, name):
         return yaml.safe_load((self.root / name).read_text())
@@ -81,8 +81,23 @@ class Tutorial(unittest.TestCase):
         flown = [effect["id"] for effect in self.result("flight.truth.yaml")["effects"]]
         self.assertEqual([cause["id"] for cause in self.result("diagnosis/diagnosis.yaml")["causes"]], flown)
 
+    def test_messages_land_between_the_lines_of_a_result(self):
+        if PAGE != "laboratory.md":
+            self.skipTest("one page is enough")
+        self.assertIn("use what was found", " ".join(self.result("diagnosis/diagnosis.yaml")["next"]))
+        command = [BUILD / "apps/trueline", "calibrate", "--log=log", "--out=again", "--report=false"]
+        apart = subprocess.run(command, cwd=self.root, check=True, capture_output=True, text=True)
+        together = subprocess.run(command, cwd=self.root, check=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                  text=True).stdout.splitlines()
+        self.assertIn("warning: ", apart.stderr)
+        for line in (apart.stdout + apart.stderr).splitlines():
+            self.assertIn(line, together)
+
 
 if __name__ == "__main__":
+    PAGE = sys.argv.pop()
+    if "--print" not in sys.argv:
+        unittest.main()
     with tempfile.TemporaryDirectory() as made:
-        for commands, said, _ in follow(sys.argv[1], Path(made)):
+        for commands, said, _ in follow(PAGE, Path(made)):
             print(f"$ {commands}{said}")
