@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 import yaml
 
-sys.dont_write_bytecode = True
 sys.path.append(str(Path(__file__).resolve().parents[1] / "result"))
 
 from schemas import complaints

@@ -1,23 +1,9 @@
-"""Renders a synthetic benchmark and looks at the page in a real browser.
-
-Set TRUELINE_SCREENSHOT=FILE.png to keep a picture of the whole page.
-"""
+"""Renders a synthetic benchmark and looks at the page in a real browser."""
 import math
-import os
-import shutil
-import subprocess
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(Path(__file__).resolve().parent))
+from pages import PageCase, render
 
-from browser import Browser
-
-SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
-REPORT = SOURCE / "scripts" / "report" / "report.py"
 HOSTILE = "</script><script>window.hacked=1</script>"
 HEADER = ("log,estimator,gamma,tau,t_start [s],t_end [s],final_point_error [m],predicted_sigma [m],"
           "iterations [1],solve_time [s],truth,label,sweep,seed,inside_95 [1],counted [1],bound [m]")
@@ -81,18 +67,7 @@ def estimates():
     return "\n".join(lines) + "\n"
 
 
-def render(folder):
-    return subprocess.run(["/usr/bin/python3", REPORT, "benchmark", f"--result={folder}",
-                           f"--out={folder / 'report.html'}"], capture_output=True, text=True)
-
-
-class PageInBrowser(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.root = Path(tempfile.mkdtemp(prefix="trueline_report_"))
-        cls.addClassCleanup(shutil.rmtree, cls.root)
-        cls.browser = cls.enterClassContext(Browser())
-
+class PageInBrowser(PageCase):
     def write(self, sweep=("",), extras=True):
         (self.root / "arcs.csv").write_text(arcs(sweep))
         (self.root / "summary.yaml").write_text(SUMMARY)
@@ -102,31 +77,17 @@ class PageInBrowser(unittest.TestCase):
             if extras:
                 (self.root / name).write_text(text)
 
-    def open(self, plots):
-        outcome = render(self.root)
-        self.assertEqual(outcome.returncode, 0, outcome.stderr)
-        self.browser.open((self.root / "report.html").as_uri())
-        self.browser.wait_for(
-            f"return document.querySelectorAll('.js-plotly-plot .main-svg').length >= {len(plots)}")
-        found = self.browser.run(
-            "return [...document.querySelectorAll('.js-plotly-plot')].map(p => p.id)")
-        self.assertEqual(found, plots)
-        self.assertEqual([m for m in self.browser.console() if m["level"] == "SEVERE"], [])
-        if picture := os.environ.get("TRUELINE_SCREENSHOT"):
-            self.browser.resize(1366, self.browser.run(
-                "return document.documentElement.scrollHeight") + 140)
-            self.browser.screenshot(picture)
+    def render(self):
+        return render("benchmark", self.root, self.root / "report.html")
 
-    def traces(self, plot):
-        return self.browser.run(
-            "return document.getElementById(arguments[0]).data.map(d => [d.name, d.x.length])", plot)
+    def open(self, plots):
+        outcome = self.render()
+        self.assertEqual(outcome.returncode, 0, outcome.stderr)
+        self.assertEqual(self.open_whole(self.root / "report.html", plots), (plots, []))
 
     def shapes(self, plot):
         return self.browser.run(
             "return document.getElementById(arguments[0]).layout.shapes.map(s => s.y0)", plot)
-
-    def text(self, selector):
-        return self.browser.run("return document.querySelector(arguments[0]).innerText", selector)
 
     def test_every_figure_and_the_papers_figures_are_there(self):
         self.write()
@@ -175,7 +136,7 @@ class PageInBrowser(unittest.TestCase):
     def test_a_missing_table_is_named(self):
         self.write()
         (self.root / "arcs.csv").unlink()
-        outcome = render(self.root)
+        outcome = self.render()
         self.assertEqual(outcome.returncode, 2)
         self.assertIn("arcs.csv: no such file", outcome.stderr)
 

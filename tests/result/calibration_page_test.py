@@ -1,71 +1,30 @@
-"""Renders a synthetic calibration result and looks at the page in a real browser.
-
-Set TRUELINE_SCREENSHOT=FILE.png to keep a picture of the whole page.
-"""
-import os
+"""Renders a synthetic calibration result and looks at the page in a real browser."""
 import re
 import shutil
-import subprocess
 import sys
-import tempfile
 import unittest
-from pathlib import Path
-
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import synthetic_result as synthetic
-from browser import Browser
+from pages import REPORT, InFolder, PageCase, render
 
-SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
-REPORT = SOURCE / "scripts" / "report" / "report.py"
 PLOTS = ["plot-parameters", "plot-track", "plot-arcs", "plot-gamma", "plot-residuals",
          "plot-histogram"]
 FIXES = 18 * (synthetic.ARCS + 1)
 
 
-def render(result, log, out):
-    return subprocess.run(["/usr/bin/python3", REPORT, "calibration", f"--result={result}",
-                           f"--log={log}", f"--out={out}"], capture_output=True, text=True)
-
-
-class PageInBrowser(unittest.TestCase):
+class PageInBrowser(PageCase):
     @classmethod
     def setUpClass(cls):
-        cls.root = Path(tempfile.mkdtemp(prefix="trueline_report_"))
-        cls.addClassCleanup(shutil.rmtree, cls.root)
+        super().setUpClass()
         log, result = synthetic.write_all(cls.root)
         cls.page = cls.root / "out" / "report.html"
-        outcome = render(result, log, cls.page)
+        outcome = render("calibration", result, cls.page, f"--log={log}")
         assert outcome.returncode == 0, outcome.stderr
         assert [p.name for p in cls.page.parent.iterdir()] == ["report.html"]
-        cls.browser = cls.enterClassContext(Browser())
-        cls.browser.open(cls.page.as_uri())
-        cls.browser.wait_for(
-            f"return document.querySelectorAll('.js-plotly-plot .main-svg').length >= {len(PLOTS)}")
-        cls.messages = cls.browser.console()
-        if picture := os.environ.get("TRUELINE_SCREENSHOT"):
-            height = cls.browser.run("return document.documentElement.scrollHeight")
-            cls.browser.resize(1366, height + 140)
-            cls.browser.screenshot(picture)
-            cls.browser.resize(1366, 900)
+        cls.plots, cls.errors = cls.open_whole(cls.page, PLOTS)
 
-    def traces(self, plot):
-        """Name -> number of points of each trace (a name may come twice in subplots)."""
-        return self.browser.run(
-            "return document.getElementById(arguments[0]).data.map(d => [d.name, d.x.length])",
-            plot)
-
-    def text(self, selector):
-        return self.browser.run("return document.querySelector(arguments[0]).innerText", selector)
-
-    def test_every_plot_is_drawn(self):
-        found = self.browser.run(
-            "return [...document.querySelectorAll('.js-plotly-plot')].map(p => p.id)")
-        self.assertEqual(found, PLOTS)
-
-    def test_the_console_has_no_errors(self):
-        self.assertEqual([m for m in self.messages if m["level"] == "SEVERE"], [])
+    def test_every_plot_is_drawn_without_errors(self):
+        self.assertEqual((self.plots, self.errors), (PLOTS, []))
 
     def test_the_page_is_small_enough_to_send(self):
         self.assertLess(self.page.stat().st_size, 1.5e6)
@@ -175,11 +134,7 @@ class PageInBrowser(unittest.TestCase):
         self.assertIn("predicted sigma", hover)
 
 
-class Rendering(unittest.TestCase):
-    def setUp(self):
-        self.root = Path(tempfile.mkdtemp(prefix="trueline_report_"))
-        self.addCleanup(shutil.rmtree, self.root)
-
+class Rendering(InFolder):
     def test_errors_name_the_file_and_what_would_do(self):
         log, result = synthetic.write_all(self.root, rate=8)
         out = self.root / "report.html"
@@ -196,7 +151,7 @@ class Rendering(unittest.TestCase):
             shutil.rmtree(log), shutil.rmtree(result)
             synthetic.write_all(self.root, rate=8)
             spoil()
-            outcome = render(result, log, out)
+            outcome = render("calibration", result, out, f"--log={log}")
             self.assertEqual(outcome.returncode, 2, outcome.stderr)
             self.assertIn(message, outcome.stderr)
             self.assertFalse(out.exists())
@@ -206,7 +161,7 @@ class Rendering(unittest.TestCase):
         lines = (result / "residuals.csv").read_text().split("\n")
         lines[4] = lines[4].replace("0.15", "wide")
         (result / "residuals.csv").write_text("\n".join(lines))
-        outcome = render(result, log, self.root / "report.html")
+        outcome = render("calibration", result, self.root / "report.html", f"--log={log}")
         self.assertEqual(outcome.returncode, 2)
         self.assertIn("residuals.csv:5: 'wide' in column 'sigma'", outcome.stderr)
 
@@ -214,7 +169,7 @@ class Rendering(unittest.TestCase):
         log, result = synthetic.write_all(self.root, rate=8)
         with open(log / "fixes.csv", "a") as file:
             file.write("99.5,1.0,-")
-        outcome = render(result, log, self.root / "report.html")
+        outcome = render("calibration", result, self.root / "report.html", f"--log={log}")
         self.assertEqual(outcome.returncode, 0, outcome.stderr)
 
     def test_an_unusable_flight_has_a_page_without_tables(self):
@@ -223,7 +178,7 @@ class Rendering(unittest.TestCase):
             table.unlink()
         (result / "calibration.yaml").write_text(
             "verdict: unusable\nreasons: [the drone hovered]\nparameters: {}\n")
-        outcome = render(result, log, self.root / "report.html")
+        outcome = render("calibration", result, self.root / "report.html", f"--log={log}")
         self.assertEqual(outcome.returncode, 0, outcome.stderr)
         page = (self.root / "report.html").read_text()
         self.assertIn("the drone hovered", page)
@@ -232,27 +187,26 @@ class Rendering(unittest.TestCase):
     def test_a_long_log_stays_below_ten_megabytes(self):
         log, result = synthetic.write_all(self.root, rate=2000)
         out = self.root / "report.html"
-        outcome = render(result, log, out)
+        outcome = render("calibration", result, out, f"--log={log}")
         self.assertEqual(outcome.returncode, 0, outcome.stderr)
         self.assertGreater((result / "trajectory.csv").stat().st_size, 5e6)
         self.assertLess(out.stat().st_size, 10e6)
 
 
-class TruthBesideTheLog(unittest.TestCase):
+class TruthBesideTheLog(InFolder):
     TRUTH = ("parameters:\n  K_x: {value: -0.5, unit: 1/s}\n"
              "imu: {accel_bias: [0.08, -0.06, 0.15], gyro_bias: [0.004, -0.003, 0.002]}\n")
 
     def setUp(self):
+        super().setUp()
         sys.path.insert(0, str(REPORT.parent))
-        self.folder = Path(tempfile.mkdtemp(prefix="trueline_report_"))
-        self.addCleanup(shutil.rmtree, self.folder)
-        self.log, self.result = synthetic.write_all(self.folder)
+        self.log, self.result = synthetic.write_all(self.root)
 
     def page(self, truth):
         if truth:
             self.log.with_name(self.log.name + ".truth.yaml").write_text(self.TRUTH)
-        out = self.folder / "page.html"
-        outcome = render(self.result, f"{self.log}/", out)
+        out = self.root / "page.html"
+        outcome = render("calibration", self.result, out, f"--log={self.log}/")
         self.assertEqual(outcome.returncode, 0, outcome.stderr)
         return out.read_text()
 

@@ -1,26 +1,14 @@
-"""Renders a made-up diagnosis and looks at the page in a real browser.
-
-Set TRUELINE_SCREENSHOT_DIAGNOSIS=FILE.png to keep a picture of the whole page.
-"""
+"""Renders a made-up diagnosis and looks at the page in a real browser."""
 import math
-import os
-import shutil
-import subprocess
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
 import yaml
 
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-
-from browser import Browser
+from pages import InFolder, PageCase, render
 from synthetic_result import HOSTILE, write_csv
 
-SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
-REPORT = SOURCE / "scripts" / "report" / "report.py"
 PLOTS = ["plot-places", "plot-growth", "plot-quantities", "plot-fix", "plot-force"]
 AXES = ["north", "east", "down", "forward", "right", "below"]
 HORIZONS = [0.25, 1.0]
@@ -83,11 +71,6 @@ def write_result(folder):
                for i in range(50) for kind in ("fix", "force")])
 
 
-def render(folder, out):
-    return subprocess.run(["/usr/bin/python3", REPORT, "diagnosis", f"--result={folder}",
-                           f"--out={out}"], capture_output=True, text=True)
-
-
 class FewReplays(unittest.TestCase):
     """A short flight, or one with few fixes, has few replays over the horizon of the shares or none."""
 
@@ -102,7 +85,7 @@ class FewReplays(unittest.TestCase):
             lines = (folder / "misfit.csv").read_text().splitlines()
             rows = len(HORIZONS) * starts
             (folder / "misfit.csv").write_text("\n".join(lines[:1 + rows]) + "\n")
-            outcome = render(folder, folder / "report.html")
+            outcome = render("diagnosis", folder, folder / "report.html")
             self.assertEqual(outcome.returncode, 0, outcome.stderr)
             return (folder / "report.html").read_text()
 
@@ -114,34 +97,19 @@ class FewReplays(unittest.TestCase):
             self.assertEqual('id="plot-places"' in page, places)
 
 
-class PageInBrowser(unittest.TestCase):
+class PageInBrowser(PageCase):
     @classmethod
     def setUpClass(cls):
-        cls.root = Path(tempfile.mkdtemp(prefix="trueline_report_"))
-        cls.addClassCleanup(shutil.rmtree, cls.root)
+        super().setUpClass()
         write_result(cls.root / "result")
         page = cls.root / "report.html"
-        outcome = render(cls.root / "result", page)
+        outcome = render("diagnosis", cls.root / "result", page)
         assert outcome.returncode == 0, outcome.stderr
-        cls.browser = cls.enterClassContext(Browser())
-        cls.browser.open(page.as_uri())
-        cls.browser.wait_for(
-            f"return document.querySelectorAll('.js-plotly-plot .main-svg').length >= {len(PLOTS)}")
-        cls.messages = cls.browser.console()
+        cls.plots, cls.errors = cls.open_whole(page, PLOTS)
         cls.browser.run("document.querySelectorAll('details').forEach(d => d.open = true)")
-        if picture := os.environ.get("TRUELINE_SCREENSHOT_DIAGNOSIS"):
-            height = cls.browser.run("return document.documentElement.scrollHeight")
-            cls.browser.resize(1366, height + 140)
-            cls.browser.screenshot(picture)
-
-    def text(self, selector):
-        return self.browser.run("return document.querySelector(arguments[0]).innerText", selector)
 
     def test_every_plot_is_drawn_without_errors(self):
-        found = self.browser.run(
-            "return [...document.querySelectorAll('.js-plotly-plot')].map(p => p.id)")
-        self.assertEqual(found, PLOTS)
-        self.assertEqual([m for m in self.messages if m["level"] == "SEVERE"], [])
+        self.assertEqual((self.plots, self.errors), (PLOTS, []))
 
     def test_text_from_data_can_not_become_markup(self):
         self.assertIsNone(self.browser.run("return window.hacked || null"))
@@ -159,12 +127,10 @@ class PageInBrowser(unittest.TestCase):
 
     def test_growth_and_shares_are_shown(self):
         self.assertIn("61 %", self.text("#misfit"))
-        lines = self.browser.run(
-            "return document.getElementById('plot-growth').data.map(d => [d.name, d.x.length])")
+        lines = self.traces("plot-growth")
         self.assertEqual(len(lines), 12)  # six axes before and after
         self.assertTrue(all(points == len(HORIZONS) for _, points in lines))
-        needles = self.browser.run(
-            "return document.getElementById('plot-places').data.map(d => d.x.length)")
+        needles = [points for _, points in self.traces("plot-places")]
         self.assertEqual(needles, [3 * STARTS, STARTS, 3 * STARTS, STARTS])
         # A quantity that is not logged has no chart.
         titles = self.browser.run("return Object.entries(document.getElementById('plot-quantities')"
@@ -177,16 +143,14 @@ class PageInBrowser(unittest.TestCase):
         self.assertIn("0.001 before, 0.4 after", self.text("#residuals"))
 
 
-class Rendering(unittest.TestCase):
+class Rendering(InFolder):
     def test_a_missing_table_is_named(self):
-        root = Path(tempfile.mkdtemp(prefix="trueline_report_"))
-        self.addCleanup(shutil.rmtree, root)
-        write_result(root / "result")
-        (root / "result" / "misfit.csv").unlink()
-        outcome = render(root / "result", root / "report.html")
+        write_result(self.root / "result")
+        (self.root / "result" / "misfit.csv").unlink()
+        outcome = render("diagnosis", self.root / "result", self.root / "report.html")
         self.assertEqual(outcome.returncode, 2)
         self.assertIn("misfit.csv: no such file", outcome.stderr)
-        self.assertFalse((root / "report.html").exists())
+        self.assertFalse((self.root / "report.html").exists())
 
 
 if __name__ == "__main__":

@@ -2,11 +2,9 @@
 import csv
 import json
 import math
-import os
 import shutil
 import struct
 import subprocess
-import sys
 import tempfile
 import unittest
 import zlib
@@ -14,21 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-
 import diagnosis_page_test
 import synthetic_result as synthetic
+from pages import BUILD, render
 
-SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
-BUILD = Path(os.environ.get("TRUELINE_TEST_BUILD_DIR", SOURCE / "build"))
-REPORT = SOURCE / "scripts" / "report" / "report.py"
 MAGIC = b"\x89MCAP0\r\n"
-
-
-def export(verb, result, out, *more):
-    return subprocess.run(["/usr/bin/python3", REPORT, verb, f"--result={result}", f"--out={out}", *more],
-                          capture_output=True, text=True)
 
 
 def records(data):
@@ -84,7 +72,7 @@ class Exports(unittest.TestCase):
                             [(float(t), math.cos(t / 2), 0.0, 0.0, math.sin(t / 2)) for t in np.arange(0, end, 0.01)])
 
     def exported(self, verb, name):
-        outcome = export(verb, self.result, self.root / name, f"--log={self.log}")
+        outcome = render(verb, self.result, self.root / name, f"--log={self.log}")
         self.assertEqual(outcome.returncode, 0, outcome.stderr)
         return self.root / name
 
@@ -127,7 +115,7 @@ class Exports(unittest.TestCase):
 
     def test_a_recording_of_a_diagnosis_says_its_causes(self):
         diagnosis_page_test.write_result(self.root / "diagnosis")
-        outcome = export("mcap", self.root / "diagnosis", self.root / "diagnosis.mcap")
+        outcome = render("mcap", self.root / "diagnosis", self.root / "diagnosis.mcap")
         self.assertEqual(outcome.returncode, 0, outcome.stderr)
         messages = read_mcap((self.root / "diagnosis.mcap").read_bytes())
         said = [(m["level"], m["message"]) for _, m in messages["/causes"]]
@@ -137,7 +125,7 @@ class Exports(unittest.TestCase):
 
     def test_a_missing_log_is_an_error_with_a_remedy(self):
         for verb in ("tum", "mcap"):
-            outcome = export(verb, self.result, self.root / f"none.{verb}", f"--log={self.root / 'nowhere'}")
+            outcome = render(verb, self.result, self.root / f"none.{verb}", f"--log={self.root / 'nowhere'}")
             self.assertEqual(outcome.returncode, 2)
             self.assertIn("by --log", outcome.stderr)
 

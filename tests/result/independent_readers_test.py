@@ -7,8 +7,6 @@ import json
 import os
 import shutil
 import subprocess
-import sys
-import tempfile
 import unittest
 from pathlib import Path
 
@@ -16,13 +14,11 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-
 import exports_test
 import synthetic_result as synthetic
+from pages import SOURCE
 
-MODULES = Path(os.environ.get("TRUELINE_NODE_MODULES", exports_test.SOURCE / "node_modules"))
+MODULES = Path(os.environ.get("TRUELINE_NODE_MODULES", SOURCE / "node_modules"))
 READ = """
 const {McapIndexedReader, McapStreamReader} = require("@mcap/core"), fs = require("fs/promises");
 (async () => {

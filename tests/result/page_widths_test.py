@@ -1,9 +1,7 @@
-"""Pages in a real browser at three widths: the answer first, nothing sideways, dark, and on paper."""
-import os
+"""Pages in a real browser at two widths: the answer first, nothing sideways, dark, and on paper."""
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -11,17 +9,12 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-
 import browser
 import diagnosis_page_test
 import synthetic_result as synthetic
+from pages import BUILD, SOURCE, PageCase, render
 
-SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
-BUILD = Path(os.environ.get("TRUELINE_TEST_BUILD_DIR", SOURCE / "build"))
-REPORT = SOURCE / "scripts" / "report" / "report.py"
-WIDTHS = [1366, 1100, 390]  # CSS pixels: a screen, a small one, a telephone
+WIDTHS = [1100, 390]        # CSS pixels: a small screen and a telephone; other tests open pages at 1366
 PAPER = 720                 # of a sheet of A4 between its margins
 READY = "return [...document.querySelectorAll('div.plot')].every(p => p.querySelector('.main-svg'))"
 
@@ -95,11 +88,10 @@ def fly_by_rotors(root):
 
 
 @unittest.skipUnless(shutil.which("chromedriver"), "SKIPPED: no chromedriver, no page was looked at")
-class Pages(unittest.TestCase):
+class Pages(PageCase):
     @classmethod
     def setUpClass(cls):
-        cls.root = Path(tempfile.mkdtemp(prefix="trueline_pages_"))
-        cls.addClassCleanup(shutil.rmtree, cls.root)
+        super().setUpClass()
         log, result = synthetic.write_all(cls.root)
         diagnosis_page_test.write_result(cls.root / "diagnosis")
         inspected, inspection_result = write_inspected(cls.root)
@@ -112,11 +104,9 @@ class Pages(unittest.TestCase):
                                    ("multi_step", cls.root / "multi_step", []),
                                    ("diagnosis", cls.root / "against", [])):
             page = cls.root / f"{folder.name}.html"
-            outcome = subprocess.run(["/usr/bin/python3", REPORT, verb, f"--result={folder}", f"--out={page}", *more],
-                                     capture_output=True, text=True)
+            outcome = render(verb, folder, page, *more)
             assert outcome.returncode == 0, outcome.stderr
             cls.pages[verb if folder.name != "against" else "against"] = page
-        cls.browser = cls.enterClassContext(browser.Browser())
 
     def each_page(self):
         for width in WIDTHS:
@@ -174,7 +164,7 @@ class Dark(unittest.TestCase):
     def test_text_stands_out_from_its_ground(self):
         root = Path(self.enterContext(tempfile.TemporaryDirectory()))
         diagnosis_page_test.write_result(root / "diagnosis")
-        diagnosis_page_test.render(root / "diagnosis", root / "page.html")
+        render("diagnosis", root / "diagnosis", root / "page.html")
         self.addCleanup(browser.FLAGS.remove, "--blink-settings=preferredColorScheme=0")
         browser.FLAGS.append("--blink-settings=preferredColorScheme=0")
         with browser.Browser() as dark:

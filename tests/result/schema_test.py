@@ -9,7 +9,6 @@ from pathlib import Path
 
 import yaml
 
-sys.dont_write_bytecode = True
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from schemas import SCHEMAS, SOURCE, complaints, schema_of

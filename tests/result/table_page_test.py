@@ -1,7 +1,6 @@
 """A table that another program wrote, given to trueline-calibrate as it is: result and page."""
 import os
 import subprocess
-import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -36,5 +35,4 @@ class Table(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    sys.dont_write_bytecode = True
-    unittest.main()
+        unittest.main()

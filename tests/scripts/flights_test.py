@@ -9,7 +9,6 @@ from pathlib import Path
 
 import yaml
 
-sys.dont_write_bytecode = True
 SOURCE = Path(os.environ["TRUELINE_TEST_SOURCE_DIR"])
 sys.path.insert(0, str(SOURCE / "scripts/flights"))
 

@@ -9,7 +9,6 @@ from pathlib import Path
 
 SOURCE = Path(os.environ["TRUELINE_TEST_SOURCE_DIR"])
 sys.path.insert(0, str(SOURCE / "scripts/freeze"))
-sys.dont_write_bytecode = True
 
 import kept
 from compare import compare

@@ -9,7 +9,6 @@ import tempfile
 import unittest
 from pathlib import Path
 
-sys.dont_write_bytecode = True
 SOURCE = Path(os.environ["TRUELINE_TEST_SOURCE_DIR"])
 BUILD = Path(os.environ["TRUELINE_TEST_BUILD_DIR"])
 for folder in ("freeze", "blind", "blind/measured"):

@@ -15,7 +15,6 @@ from pathlib import Path
 
 import yaml
 
-sys.dont_write_bytecode = True
 sys.path.append(str(Path(__file__).resolve().parents[1] / "result"))
 
 from schemas import complaints
