@@ -1,0 +1,32 @@
+# Writes OUT, the file of ctest's tests: one for each suite of the executable TESTS, without those tests whose
+# name contains `Slow`; these run one by one. A process for each quick test would take as long to start, and to
+# make the flight that a suite shares, as the tests themselves.
+execute_process(COMMAND ${TESTS} --gtest_list_tests OUTPUT_VARIABLE list COMMAND_ERROR_IS_FATAL ANY)
+string(REGEX REPLACE " *#[^\n]*" "" list "${list}")  # values of parameters
+string(REPLACE "\n" ";" list "${list}")
+set(text "")
+function(trueline_test name filter label cost)
+  string(APPEND text "add_test([=[${name}]=] [=[${TESTS}]=] [=[--gtest_filter=${filter}]=])\n"
+    "set_tests_properties([=[${name}]=] PROPERTIES TIMEOUT 1200 LABELS \"${label}\" COST ${cost})\n")
+  set(text "${text}" PARENT_SCOPE)
+endfunction()
+set(quick "")
+foreach(line IN LISTS list)
+  if(line MATCHES "^([^ ]+)\\.$")
+    set(suite ${CMAKE_MATCH_1})
+    continue()
+  elseif(NOT line MATCHES "^  ([^ ]+)$")
+    continue()
+  endif()
+  set(test ${suite}.${CMAKE_MATCH_1})
+  if(test MATCHES "Slow")
+    trueline_test(${test} ${test} slow 10)
+  else()
+    list(APPEND quick ${suite})
+  endif()
+endforeach()
+list(REMOVE_DUPLICATES quick)
+foreach(suite IN LISTS quick)
+  trueline_test(${suite} "${suite}.*-*Slow*" "" 0)
+endforeach()
+file(WRITE ${OUT} "${text}")
