@@ -1,9 +1,8 @@
-// The chain's elimination against one dense least-squares solution of the same rows.
+// The chain of a linearised flight under other noise, and its rows. Its elimination is tested in
+// tests/chain.
 #include "problems/diagnosis/chain_system.h"
 
 #include <gtest/gtest.h>
-
-#include <Eigen/QR>
 
 #include "problems/diagnosis/base_fit.h"
 #include "tests/simulation/short_flight.h"
@@ -36,35 +35,6 @@ class ShortChain : public testing::Test {
   std::unique_ptr<BaseFlight> flight_;
   BaseFit fit_;
 };
-
-// All rows as one matrix over (nodes, border, residual), priors of the border at the end.
-Eigen::MatrixXd DenseRows(const LinearFlight& linear, const NoiseStrengths& noise) {
-  const int segments = static_cast<int>(linear.flight.plan().segments.size());
-  const int nodes = segments * kNodeSize, width = linear.width(), z = width - 1;
-  std::vector<SegmentRows> stacks;
-  int count = z;
-  for (int s = 0; s < segments; ++s) {
-    stacks.push_back(RowsOf(linear, s, noise));
-    count += stacks.back().count();
-  }
-  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(count, nodes + width);
-  int at = 0;
-  for (int s = 0; s < segments; ++s) {
-    const int rows = stacks[s].count();
-    dense.block(at, s * kNodeSize, rows, kNodeSize) = stacks[s].node();
-    if (s + 1 < segments) dense.block(at, (s + 1) * kNodeSize, rows, kNodeSize) = stacks[s].next();
-    dense.block(at, nodes, rows, width) = stacks[s].border();
-    at += rows;
-  }
-  for (int i = 0; i < z; ++i, ++at) {
-    const bool theta = i < kThetaSize;
-    const double root = theta ? 1.0 : std::sqrt(linear.columns.precision[i - kThetaSize]);
-    dense(at, nodes + i) = root;
-    dense(at, nodes + z) =
-        root * (theta ? linear.x.theta[i] : linear.columns.value[i - kThetaSize]);
-  }
-  return dense;
-}
 
 TEST_F(ShortChain, UnderOtherNoiseIsTheSameSystem) {
   const LinearFlight linear = fit_.Linear(*flight_);
@@ -106,39 +76,6 @@ TEST_F(ShortChain, RowsFollowTheGusts) {
       EXPECT_LT((change - expected).norm(), 1e-9);
     }
   }
-}
-
-TEST_F(ShortChain, SolvesAsOneDenseProblemDoes) {
-  const LinearFlight linear = fit_.Linear(*flight_);
-  const ChainSystem system(linear, fit_.noise);
-  const Eigen::MatrixXd dense = DenseRows(linear, fit_.noise);
-  const int unknowns = static_cast<int>(dense.cols()) - 1, z = linear.width() - 1;
-  const Eigen::VectorXd x =
-      -dense.leftCols(unknowns).colPivHouseholderQr().solve(dense.col(unknowns));
-  const Eigen::VectorXd border = system.reduced().Solution();
-  EXPECT_LT((border - x.tail(z)).norm(), 1e-4 * (1.0 + x.tail(z).norm()));
-
-  const Eigen::VectorXd with_residual = system.reduced().Fitted();
-  const auto nodes = system.chain().NodesAt(with_residual);
-  for (std::size_t s = 0; s < nodes.size(); ++s) {
-    const auto expected = x.segment<kNodeSize>(static_cast<int>(s) * kNodeSize);
-    EXPECT_LT((nodes[s].col(0) - expected).norm(), 1e-4 * (1.0 + expected.norm())) << s;
-  }
-  // The sum of squared residuals, split into clusters.
-  const double rest = (dense.leftCols(unknowns) * x + dense.col(unknowns)).squaredNorm();
-  const double priors =
-      (dense.bottomRows(z).leftCols(unknowns) * x + dense.bottomRows(z).col(unknowns))
-          .squaredNorm();
-  EXPECT_NEAR(system.ByCluster().ClusterProducts(with_residual, with_residual).sum(), rest - priors,
-              1e-5 * rest);
-}
-
-// The fit's nuisances keep whitened residuals at their stated size.
-TEST_F(ShortChain, ResidualsOfAnOrdinaryFlightAreOrdinary) {
-  const ChainSystem system(fit_.Linear(*flight_), fit_.noise);
-  const Eigen::VectorXd whitened =
-      system.Whitened(system.reduced().Fitted()).head(3 * plan_.fixes.size());
-  EXPECT_NEAR(std::sqrt(whitened.squaredNorm() / static_cast<double>(whitened.size())), 1.0, 0.2);
 }
 
 }  // namespace

@@ -64,21 +64,6 @@ TEST(Rules, AGainIsPositiveWith95PercentOnOneSide) {
   EXPECT_FALSE(ClearGain(GainOf(0.3, 0.2, -0.03, 0.23), kNone));
 }
 
-TEST(Rules, AnIntervalNeedsSixArcs) {
-  const std::map<int, double> before{{0, 0.3},  {1, 0.4},  {2, 0.35},
-                                     {3, 0.33}, {4, 0.34}, {5, 0.36}},
-      after{{0, 0.1}, {1, 0.1}};
-  const Gain two = GainBetween(before, after);
-  EXPECT_EQ(two.arcs, 2);
-  EXPECT_NEAR(two.before - two.after, 0.25, 1e-12);
-  EXPECT_FALSE(std::isfinite(two.low));
-  EXPECT_FALSE(std::isfinite(two.high));
-  std::map<int, double> five = before;
-  five.erase(5);
-  EXPECT_FALSE(std::isfinite(GainBetween(before, five).low));
-  EXPECT_TRUE(std::isfinite(GainBetween(before, before).low));
-}
-
 TEST(Verdict, ExplainedNeedsCausesThatCanBeReliedOnAndLeaveNothing) {
   const EvidenceSum shown{.flight = 11.0, .prior = -3.0}, weak{.flight = 6.0, .prior = -3.0},
       excluded{.flight = 11.0, .witness = -9.0, .prior = -3.0};

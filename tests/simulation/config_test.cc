@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 
 #include "problems/common/error.h"
-#include "problems/simulation/effects.h"
 #include "problems/simulation/truth_file.h"
 #include "problems/simulation/variant.h"
 #include "tests/common/test_files.h"
@@ -101,42 +100,6 @@ TEST(Config, EffectsThatWouldChangeNothingAreRefused) {
               HasSubstr("here is none"));
   EXPECT_THAT(ErrorOf(kCourse + "gnss: {rate: 5}\ndetector: {sigma_factor: 0.1}\n"),
               HasSubstr("'detector'"));
-}
-
-TEST(Config, EveryEffectOfTheTableIsKnown) {
-  for (const char* id : {"quadratic_drag",
-                         "rotor_drag",
-                         "wind",
-                         "drag_step",
-                         "accel_scale_z",
-                         "accel_bias_drift",
-                         "imu_lever_arm",
-                         "ahrs_acceleration_error",
-                         "ahrs_drag_error",
-                         "tilt_scale",
-                         "heading_drift",
-                         "heading_distortion",
-                         "attitude_latency",
-                         "fix_latency",
-                         "fix_scale",
-                         "camera_misalignment",
-                         "gate_moved",
-                         "false_gate",
-                         "linear_drag",
-                         "thrust_sag",
-                         "rotor_loss",
-                         "rotor_inflow",
-                         "rotor_speed_drag",
-                         "motor_lag",
-                         "translational_lift",
-                         "body_drag",
-                         "air_moment",
-                         "ground_effect",
-                         "payload_step",
-                         "com_step",
-                         "rotor_tilt"}) {
-    EXPECT_NE(simulation::FindEffect(id), nullptr) << id;
-  }
 }
 
 TEST(Variant, DrawsWithinTheRangesAndBySeed) {

@@ -56,21 +56,6 @@ TEST(Losses, WeightsAreTheSlopesOfTheLosses) {
   EXPECT_EQ(RobustWeight(FixLoss::kNone, 2.0, 4.0), 1.0);
 }
 
-TEST(Losses, ThePapersCostIsTheSumOfNormsInMetres) {
-  VgdOptions options = RigidOptions();
-  options.loss = FixLoss::kNorm;
-  options.whiten = false;
-  const Flight flight(ExactHippodrome(12.0), 4, options);
-  const WindowEstimate window = SolveLast(flight, options);
-  double sum = 0.0;
-  for (const FixMisfit& m : window.misfits) sum += m.error.norm();
-  for (int i = 0; i < kMotionSize; ++i) {
-    const ParameterPrior& prior = options.priors[i];
-    sum += 0.5 * std::pow((window.parameters[i].value - prior.mean) / prior.sigma, 2);
-  }
-  EXPECT_NEAR(window.cost, sum, 1e-3 * window.misfits.size());
-}
-
 TEST(Solvers, SlowGradientDescentApproachesTheTrustRegionsOptimum) {
   VgdOptions options = RigidOptions();
   options.gamma = 2;
