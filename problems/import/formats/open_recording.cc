@@ -77,17 +77,17 @@ void RefuseNative(const fs::path& path) {
 // What to do with known formats that are not read.
 void RefuseUnread(const std::string& file, std::string_view start) {
   const auto refuse = [&](const std::string& what) { throw ErrorAt(file, 0, what); };
-  for (const char* end : {".npz", ".npy", ".xlsx", ".xls", ".ods", ".parquet", ".feather", ".pkl",
-                          ".pickle", ".json", ".jsonl"}) {
-    if (!LowerCase(file).ends_with(end)) continue;
-    refuse(fmt::format("is {}, which is not read; export its streams as CSV with their times",
-                       std::string_view(end).substr(1)));
+  std::string what = start.starts_with(std::string_view("\x89HDF\r\n\x1a\n", 8))
+                         ? "HDF5 (or MAT 7.3)"
+                     : start.starts_with("MATLAB 5.0 MAT-file") ? "a MAT file"
+                                                                : "";
+  for (const char* end : {"npz", "npy", "xlsx", "xls", "ods", "parquet", "feather", "pkl", "pickle",
+                          "json", "jsonl"}) {
+    if (LowerCase(file).ends_with(fmt::format(".{}", end))) what = end;
   }
-  if (start.starts_with(std::string_view("\x89HDF\r\n\x1a\n", 8))) {
-    refuse("is HDF5 (or MAT 7.3), which is not read; export its streams as CSV with their times");
-  }
-  if (start.starts_with("MATLAB 5.0 MAT-file")) {
-    refuse("is a MAT file, which is not read; export its streams as CSV with their times");
+  if (!what.empty()) {
+    refuse(
+        fmt::format("is {}, which is not read; export its streams as CSV with their times", what));
   }
   for (const std::string_view magic : {"7z\xBC\xAF\x27\x1C", "Rar!\x1A\x07"}) {
     if (start.starts_with(magic)) refuse("is an archive that is not read here; unpack it first");
