@@ -153,8 +153,10 @@ std::vector<FieldGroup> GroupsOf(const Channel& channel) {
 
 // Groups of roll, pitch and yaw whose names end in `end`, the parts "x", "y" and "z".
 std::vector<FieldGroup> RollPitchYaw(const Channel& channel, const std::string& end) {
-  constexpr std::array<std::array<const char*, 3>, 3> kAngles = {
-      {{"x", "roll", "phi"}, {"y", "pitch", "theta"}, {"z", "yaw", "psi"}}};
+  constexpr std::array<std::array<const char*, 7>, 3> kAngles = {
+      {{"x", "roll", "phi", "rollwinkel", "roulis", "alabeo", "rx"},
+       {"y", "pitch", "theta", "nickwinkel", "tangage", "cabeceo", "ry"},
+       {"z", "yaw", "psi", "gierwinkel", "lacet", "guiñada", "rz"}}};
   std::vector<FieldGroup> groups;
   for (const ChannelField& field : channel.fields) {
     const auto [name, unit] = SplitUnit(field);
@@ -163,6 +165,9 @@ std::vector<FieldGroup> RollPitchYaw(const Channel& channel, const std::string& 
         const std::string angle = spellings[spelling] + end;
         if (!name.ends_with(angle)) continue;
         const std::string stem = name.substr(0, name.size() - angle.size());
+        // "rx", but not the end of "gyrx".
+        const bool is_short = std::string_view(spellings[spelling]).size() == 2;
+        if (is_short && !stem.empty() && !IsSeparator(stem.back())) continue;
         Add(fmt::format("{}:{}", spelling, stem), spellings[0], unit, field, &groups);
       }
     }

@@ -102,6 +102,25 @@ void PreferWhatIsUsable(FoundLog* found) {
   }
 }
 
+// A map that ships reads its own columns only: those of a tracker beside them are mocap, and the
+// attitude where there is no other.
+void AddTracker(FoundLog* found) {
+  if (!found->shipped || !AreTables(*found) || found->shipped->streams.contains("mocap")) return;
+  const std::string line = ProposeTracker(found->recording.get());
+  if (line.empty()) return;
+  YAML::Node map = YAML::Load(found->map);
+  YAML::Node mocap = YAML::Load(line)["mocap"], attitude = YAML::Clone(mocap);
+  attitude.remove("position");
+  map["streams"]["mocap"] = mocap;
+  YAML::Node own = map["streams"]["attitude"];
+  if (!own) map["streams"]["attitude"] = attitude;
+  if (own && own.IsSequence()) own.push_back(attitude);  // the first counts that the log has
+  found->map = YAML::Dump(map);
+  found->assumed = {
+      fmt::format("by {}, and by the names of further columns {}", found->shipped->file, line)};
+  found->shipped.reset();
+}
+
 // Commas between logs mean several flights.
 std::string OtherFiles(const std::string& file) {
   const std::vector<std::string> files = SplitPaths(file);
@@ -188,6 +207,7 @@ FoundLog FindLog(const std::vector<std::string>& files) {
   found.map =
       found.shipped ? FirstBytes(found.shipped->file, 1 << 20) : ProposeMap(found.recording.get());
   if (!found.shipped) found.assumed = AssumptionsOf(YAML::Load(found.map));
+  AddTracker(&found);
   PreferWhatIsUsable(&found);
   return found;
 }

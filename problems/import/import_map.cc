@@ -230,14 +230,15 @@ class SourceReader {
         {},
         own.earth,
         geodetic,
-        is_velocity,
-        {},
-        nullptr};
+        is_velocity};
     if (map.Has("input")) source.input = OtherInput(map);
     if (field.axes == FrameAxes::kBody && !map.Has("attitude")) source.axes = own.body;
     if (field.axes == FrameAxes::kBody && map.Has("attitude")) {
       const YamlMap attitude = map.Child("attitude");
       source.attitude = SourceAttitude(attitude, own);
+      source.in_earth = map.GetChoice("axes", {"earth", "body"}, "earth") == "earth";
+      source.without_gravity = map.GetChoice("gravity", {"kept", "removed"}, "kept") == "removed";
+      if (!source.in_earth) source.axes = own.body;
       attitude.Finish();
     }
     map.Finish();

@@ -27,7 +27,8 @@
 //       accel: {columns: [ax, ay, az], unit: g}
 //       gyro: {columns: [gx, gy, gz], unit: deg/s}  # `input: other`: from another CSV input, whose
 //                            # values are interpolated at the times of this stream
-//     attitude: {quaternion: {w: qw, x: qx, y: qy, z: qz}}  # or euler: {roll, pitch, yaw, unit}
+//     attitude: {quaternion: {w: qw, x: qx, y: qy, z: qz}}  # or euler: {roll, pitch, yaw, unit,
+//                            # order: zyx}, of the rotations; vector: three numbers are one
 //     fixes:
 //       position: {columns: [19, 20, {constant: -1.5}]}
 //       sigma: {constant: 0.15}
@@ -65,7 +66,9 @@
 //
 // A column is given by name, by number from 1, or as {constant: value in SI}. Values become scale *
 // unit * column + offset. `accel` and `gyro` may be given in earth axes: their `attitude`
-// (quaternion or euler) rotates them back. Unknown keys are errors.
+// (quaternion or euler) rotates them back. With `gravity: removed` beside it, gravity was taken out
+// of `accel` and comes back; with `axes: body` it is given in those axes all the same. Unknown keys
+// are errors.
 #pragma once
 
 #include <array>
@@ -111,11 +114,13 @@ struct Series;
 struct FieldSource {
   std::string key;       // of Field
   NumberSource numbers;  // in the source's axes
-  // An attitude's source, or that of the attitude in which a body vector is given in earth axes.
+  // An attitude's source, or that of the attitude which takes a vector to the body's specific
+  // force.
   std::optional<SourceAttitude> attitude;
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // from the source's to the native ones
   bool geodetic = false;                               // latitude and longitude in deg, height in m
   bool is_velocity = false;                            // integrated to a position
+  bool in_earth = false, without_gravity = false;      // of a vector of the body with an attitude
   std::optional<std::size_t> input = {};               // of another file, joined by time
   std::shared_ptr<const Series> series = {};           // what was read there
 };

@@ -11,7 +11,11 @@ namespace trueline {
 namespace {
 
 const char* UnitOfExponent(int exponent) {
-  return exponent == 9 ? "s" : exponent == 6 ? "ms" : exponent == 3 ? "us" : "ns";
+  return exponent == 9                ? "s"
+         : exponent == 6              ? "ms"
+         : exponent == 3              ? "us"
+         : exponent == kTicksExponent ? "ticks"
+                                      : "ns";
 }
 
 std::string CsvInput(const Recording& recording) {
@@ -28,12 +32,15 @@ std::string CsvInput(const Recording& recording) {
                              (named ? "" : ", header: false") +
                              (named && layout.units_line ? ", units_line: true" : "");
   const std::string time = layout.time ? layout.columns[layout.time->column] : "t";
+  const double frame = layout.time ? layout.time->frame : 0.0;
   return fmt::format(
-      "{{delimiter: \"{}\"{}{}, time: {{column: \"{}\", unit: {}}}, unsorted: sort}}  # {}",
+      "{{delimiter: \"{}\"{}{}, time: {{column: \"{}\", unit: {}{}}}, unsorted: sort}}  # {}",
       delimiter, decimal_comma ? ", decimal: \",\"" : "", header, time,
       UnitOfExponent(layout.time ? layout.time->exponent : 9),
-      layout.time && layout.time->is_named ? "check the unit: s, ms, us or ns"
-      : layout.time                        ? "the first column that rises; check it and its unit"
+      frame > 0.0 ? fmt::format(", scale: {0}, offset: -{0}", frame) : "",
+      frame > 0.0                            ? "frames by the rate that the head states"
+      : layout.time && layout.time->is_named ? "check the unit: s, ms, us or ns"
+      : layout.time                          ? "the first column that rises; check it and its unit"
                     : "no column rises as time does; give its name or number");
 }
 

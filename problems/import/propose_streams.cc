@@ -25,6 +25,9 @@ const Eigen::Vector3d kTurns(3.2, 1.6, 6.4);  // rad; the largest roll, pitch an
 constexpr double kFewRows = 0.7;              // share of the channel's rows that have a position
 constexpr double kLeastVerticalShare = 0.5;   // of the mean specific force, along z
 
+// Words of columns that a tracker gives.
+const Texts kTrackers = {"vicon", "mocap", "optitrack", "qualisys", "motive", "gt_", "truth"};
+
 bool Mentions(const std::string& stem, const Texts& words) {
   return std::any_of(words.begin(), words.end(),
                      [&](const std::string& word) { return stem.find(word) != std::string::npos; });
@@ -82,26 +85,44 @@ const std::vector<Synonyms>& AllSynonyms() {
   static const std::vector<Synonyms> kAll = {
       {Quantity::kAccel,
        "m/s^2",
-       {"acc", "a_rs", "specific_force", "specificforce"},
+       {"acc", "a_rs", "specific_force", "specificforce", "beschl", "acel"},
        {"a", "f", "imu_a", "imu.a", "sf", "ag"},
        {"ang", "stateestimate", "world", "earth", "_ned", "_enu", "grav"}},
       {Quantity::kGyro,
        "rad/s",
-       {"gyr", "angular_vel", "angularvel", "ang_vel", "ang vel", "angvel", "omega", "w_rs",
-        "body_rate", "bodyrate", "rotation_rate", "rotationrate", "rates", "turn_rate"},
+       {"gyr",
+        "angular_vel",
+        "angularvel",
+        "ang_vel",
+        "ang vel",
+        "angvel",
+        "omega",
+        "w_rs",
+        "body_rate",
+        "bodyrate",
+        "rotation_rate",
+        "rotationrate",
+        "rates",
+        "turn_rate",
+        "drehrate",
+        "winkelgeschw",
+        "angulaire",
+        "velocidad_angular",
+        "velocidad angular",
+        "giro"},
        {"g", "w", "om", "imu_w", "imu_g", "imu.g", "imu.w"},
        {"mag", "motor", "rotor", "grav"}},
       {Quantity::kPosition,
        "m",
        {"pos", "transl", "p_rs", "point", "location"},
        {"p", "t", "local", "stateestimate", "vicon", "mocap", "optitrack", "gt", "ground_truth",
-        "groundtruth", "odom", "est"},
+        "groundtruth", "odom", "est", "ort"},
        {"imu_pos"}},
       {Quantity::kVelocity,
        "m/s",
-       {"vel", "v_rs", "speed"},
+       {"vel", "v_rs", "speed", "geschw", "vitesse"},
        {"v", "local_v"},
-       {"ang", "gyr", "omega", "rotor", "motor", "wind", "air", "body"}},
+       {"ang", "gyr", "omega", "rotor", "motor", "wind", "air", "body", "winkel", "dreh"}},
   };
   return kAll;
 }
@@ -336,8 +357,9 @@ std::string AttitudeText(const Channel& channel, std::size_t place, Recording* r
   // In rad a pitch lies within a quarter turn, a roll within half a turn, a heading within one.
   const Eigen::Vector3d largest = SizesOf(recording, place, angles).largest;
   const bool large = (largest.array() > kTurns.array()).any();
-  return fmt::format("euler: {{roll: \"{}\", pitch: \"{}\", yaw: \"{}\", unit: {}}}", angles[0],
-                     angles[1], angles[2], UnitOf(group.unit, "rad", large ? "deg" : "rad"));
+  return fmt::format("euler: {{roll: \"{}\", pitch: \"{}\", yaw: \"{}\", unit: {}{}}}", angles[0],
+                     angles[1], angles[2], UnitOf(group.unit, "rad", large ? "deg" : "rad"),
+                     LowerCase(angles[0]).ends_with("rx") ? ", order: vector" : "");
 }
 
 // The streams of one channel.
@@ -400,6 +422,19 @@ class ChannelProposal {
                 ColumnsText(gyro_columns, UnitOf(gyro.unit, "rad/s", fast ? "deg/s" : "rad/s"))),
             stated ? "" : "units by the size of the numbers; or m/s^2, g, rad/s, deg/s");
     streams_->is_z_up = force.z() > kLeastVerticalShare * force.norm();
+  }
+
+  // Position and attitude of a tracker; empty if the channel has none.
+  std::string Tracker() const {
+    for (const FieldGroup& group : groups_) {
+      const Texts columns = ThreeOf(group);
+      if (columns.empty() || !Mentions(group.stem, kTrackers)) continue;
+      const std::string q = QuaternionBeside({columns, group.unit, "", group.stem}, groups_);
+      if (q.empty()) continue;
+      return fmt::format("mocap: {{{}position: {{{}}}, {}}}", from_,
+                         ColumnsText(columns, UnitOf(group.unit, "m", "m")), q);
+    }
+    return "";
   }
 
  private:
@@ -505,6 +540,15 @@ class ChannelProposal {
 };
 
 }  // namespace
+
+std::string ProposeTracker(Recording* recording) {
+  ProposedStreams unused;
+  for (std::size_t i = 0; i < recording->channels().size(); ++i) {
+    const std::string line = ChannelProposal(recording, i, &unused).Tracker();
+    if (!line.empty()) return line;
+  }
+  return "";
+}
 
 ProposedStreams ProposeStreams(Recording* recording) {
   std::vector<std::size_t> channels;

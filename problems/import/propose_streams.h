@@ -27,4 +27,8 @@ struct ProposedStreams {
 // Reads the recording again, for the sizes of its numbers.
 ProposedStreams ProposeStreams(Recording* recording);
 
+// The line that reads mocap where columns are named as those of a tracker ("vicon_x", "mocap.qw");
+// empty without any.
+std::string ProposeTracker(Recording* recording);
+
 }  // namespace trueline

@@ -26,6 +26,38 @@ std::vector<double> ReadForEach(const YamlMap& map, const std::string& key, doub
 
 }  // namespace
 
+const std::vector<std::string>& AngleOrders() {
+  static const std::vector<std::string> kOrders = {"zyx", "xyz", "vector", "zxy",
+                                                   "yxz", "xzy", "yzx"};
+  return kOrders;
+}
+
+Eigen::Quaterniond TurnBy(const Eigen::Vector3d& angles, const std::string& order) {
+  if (order == "vector") {
+    return Eigen::Quaterniond(Eigen::AngleAxisd(angles.norm(), angles.stableNormalized()));
+  }
+  Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
+  for (const char axis : order) {
+    q = q * Eigen::AngleAxisd(angles[axis - 'x'], Eigen::Vector3d::Unit(axis - 'x'));
+  }
+  return q;
+}
+
+Eigen::Vector3d AnglesOf(const Eigen::Quaterniond& q, const std::string& order) {
+  if (order == "vector") {
+    const Eigen::AngleAxisd turn(q);
+    return turn.angle() * turn.axis();
+  }
+  const Eigen::Matrix3d m = q.toRotationMatrix();
+  const int i = order[0] - 'x', j = order[1] - 'x', k = order[2] - 'x';
+  const double sign = (j - i + 3) % 3 == 1 ? 1.0 : -1.0;
+  Eigen::Vector3d angles;
+  angles[i] = std::atan2(-sign * m(j, k), m(k, k));
+  angles[j] = std::asin(std::clamp(sign * m(i, k), -1.0, 1.0));
+  angles[k] = std::atan2(-sign * m(i, j), m(i, i));
+  return angles;
+}
+
 YAML::Node ExpandColumns(const YAML::Node& range) {
   if (!range.IsScalar()) return range;
   const std::string& text = range.Scalar();
@@ -153,12 +185,13 @@ SourceAttitude::SourceAttitude(const YamlMap& map, const SourceAxes& axes) {
     map.Fail("quaternion", "give 'quaternion', 'euler' or 'matrix' for the attitude");
   const YamlMap columns = map.Child(form_);
   if (form_ == "matrix") columns_ = ReadColumns(columns, "columns", 9);
-  for (const char* key : form_ == "matrix" ? std::vector<const char*>()
-                         : is_quaternion() ? std::vector<const char*>{"w", "x", "y", "z"}
-                                           : std::vector<const char*>{"roll", "pitch", "yaw"}) {
+  for (const char* key : form_ == "matrix"  ? std::vector<const char*>()
+                         : form_ == "euler" ? std::vector<const char*>{"roll", "pitch", "yaw"}
+                                            : std::vector<const char*>{"w", "x", "y", "z"}) {
     if (!columns.Has(key)) columns.Fail(key, "is missing; give its column");
     columns_.emplace_back(columns.RawNode(key), map.file());
   }
+  if (form_ == "euler") order_ = columns.GetChoice("order", AngleOrders(), "zyx");
   scale_ = form_ == "euler"
                ? ReadForEach(columns, "scale", 1.0, 3)
                : std::vector<double>(columns_.size(), columns.Get<double>("scale", 1.0));
@@ -185,9 +218,9 @@ bool SourceAttitude::HasAny(const ForeignRow& row) const {
 
 std::optional<Eigen::Quaterniond> SourceAttitude::Value(const ForeignRow& row,
                                                         std::optional<double>* bad_norm) const {
-  const auto source = is_quaternion()    ? FromQuaternion(row, bad_norm)
-                      : form_ == "euler" ? FromEuler(row)
-                                         : FromMatrix(row, bad_norm);
+  const auto source = form_ == "quaternion" ? FromQuaternion(row, bad_norm)
+                      : form_ == "euler"    ? FromEuler(row)
+                                            : FromMatrix(row, bad_norm);
   if (!source) return std::nullopt;
   return (to_earth_ * (inverse_ ? source->conjugate() : *source) * from_body_).normalized();
 }
@@ -217,9 +250,7 @@ std::optional<Eigen::Quaterniond> SourceAttitude::FromEuler(const ForeignRow& ro
   const auto value = [&](std::size_t i) { return scale_[i] * columns_[i].Value(row); };
   const Eigen::Vector3d angles(value(0), value(1), value(2));
   if (!angles.allFinite()) return std::nullopt;
-  return Eigen::AngleAxisd(angles.z(), Eigen::Vector3d::UnitZ()) *
-         Eigen::AngleAxisd(angles.y(), Eigen::Vector3d::UnitY()) *
-         Eigen::AngleAxisd(angles.x(), Eigen::Vector3d::UnitX());
+  return TurnBy(angles, order_);
 }
 
 // The nearest rotation, unless the numbers are none (a determinant or a norm far from that of one).

@@ -68,15 +68,22 @@ class NumberSource {
   std::vector<std::vector<double>> mix_;  // rows of weights; none: the columns themselves
 };
 
+// The orders in which three angles about x, y and z turn, "zyx" first: its rotation is Rz Ry Rx,
+// that of yaw, pitch and roll. "vector": they are one rotation vector.
+const std::vector<std::string>& AngleOrders();
+Eigen::Quaterniond TurnBy(const Eigen::Vector3d& angles, const std::string& order);
+Eigen::Vector3d AnglesOf(const Eigen::Quaterniond& q, const std::string& order);
+
 // quaternion: {w: c, x: c, y: c, z: c, scale: s}, or euler: {roll: c, pitch: c, yaw: c, unit: rad,
-// scale: s or [s, s, s]} (z-y-x), or matrix: {columns: [9 of them]}, row by row. With `inverse:
+// scale: s or [s, s, s], order: zyx}, or matrix: {columns: [9 of them]}, row by row. With `inverse:
 // true` beside the columns they are the rotation from earth to body. Otherwise the file's rotation
 // is from the source's body to its earth; Value() returns that from FRD to NED.
 class SourceAttitude {
  public:
   SourceAttitude() = default;
   const SourceAxes& axes() const { return axes_; }
-  bool is_quaternion() const { return form_ == "quaternion"; }
+  // "quaternion", "matrix", or of angles their order.
+  const std::string& form() const { return order_.empty() ? form_ : order_; }
   // Reads the keys `quaternion`, `euler` or `matrix`, `earth`, `body` of `map`.
   SourceAttitude(const YamlMap& map, const SourceAxes& axes);
 
@@ -96,7 +103,8 @@ class SourceAttitude {
   std::optional<Eigen::Quaterniond> FromMatrix(const ForeignRow& row,
                                                std::optional<double>* bad_norm) const;
 
-  std::string form_;  // quaternion, euler or matrix
+  std::string form_;   // quaternion, euler or matrix
+  std::string order_;  // of angles
   std::vector<SourceColumn> columns_;
   std::vector<double> scale_;  // of the columns, in their order
   bool inverse_ = false;

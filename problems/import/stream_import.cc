@@ -27,8 +27,9 @@ constexpr std::size_t kRowFaults = 5;
 // Archive that fills a sample from a row and the sources of its fields.
 class RowConverter {
  public:
-  RowConverter(const ForeignRow& row, const StreamMap& map, TimeNs time, LocalFrame* frame)
-      : row_(row), source_(map.fields.begin()), time_(time), frame_(frame) {}
+  RowConverter(const ForeignRow& row, const StreamMap& map, TimeNs time, double gravity,
+               LocalFrame* frame)
+      : row_(row), source_(map.fields.begin()), time_(time), gravity_(gravity), frame_(frame) {}
 
   void operator()(const Field&, Eigen::Vector3d& vector) {
     if (source_->series) {
@@ -44,8 +45,10 @@ class RowConverter {
     if (source_->geodetic) vector = Eigen::Vector3d(numbers.data());  // see GeodeticConverter
     if (source_->geodetic && fault_ == RowFault::kNone) frame_->Add(vector);
     if (source_->attitude) {
-      const auto q_E_B = Attitude();
-      if (q_E_B) vector = q_E_B->conjugate() * vector;
+      const Eigen::Quaterniond to_body =
+          Attitude().value_or(Eigen::Quaterniond::Identity()).conjugate();
+      if (source_->in_earth) vector = to_body * vector;
+      if (source_->without_gravity) vector -= to_body * Eigen::Vector3d(0.0, 0.0, gravity_);
     }
     ++source_;
   }
@@ -134,6 +137,7 @@ class RowConverter {
   const ForeignRow& row_;
   std::vector<FieldSource>::const_iterator source_;
   TimeNs time_;
+  double gravity_;
   LocalFrame* frame_;
   RowFault fault_ = RowFault::kNone;
   bool has_any_ = false;
@@ -290,12 +294,13 @@ double CoveredBy(std::vector<TimeNs> stamps) {
 template <class Sample>
 class SampleImport : public StreamImport {
  public:
-  SampleImport(const Stream& stream, const StreamMap& map, const std::string& file,
+  SampleImport(const Stream& stream, const StreamMap& map, const std::string& file, double gravity,
                std::shared_ptr<LocalFrame> frame, std::map<std::string, std::string>* source,
                std::vector<Sample>* samples)
       : stream_(stream),
         map_(map),
         stamps_(map.time, file),
+        gravity_(gravity),
         frame_(std::move(frame)),
         source_(source),
         samples_(samples) {}
@@ -307,7 +312,7 @@ class SampleImport : public StreamImport {
     if (!map_.filter.Accepts(row)) return;
     Sample sample{};
     if (HasSeries()) sample.t = stamps_.Read(row);
-    RowConverter converter(row, map_, sample.t, frame_.get());
+    RowConverter converter(row, map_, sample.t, gravity_, frame_.get());
     Sample::Describe(converter, sample, stream_);
     if (converter.IsOfOthers() && !map_.skip_missing) {
       if (of_others_++ == 0) first_of_others_ = converter.Error(stream_.name).what();
@@ -564,6 +569,7 @@ class SampleImport : public StreamImport {
   Stream stream_;
   StreamMap map_;
   StampReader stamps_;
+  double gravity_;  // m/s^2
   std::shared_ptr<LocalFrame> frame_;
   std::map<std::string, std::string>* source_;  // of the log
   std::vector<Sample>* samples_;
@@ -604,7 +610,7 @@ std::vector<std::unique_ptr<StreamImport>> MakeImports(const ImportMap& map,
       if (fix_sigma && source.key == "sigma") source.numbers = NumberSource(*fix_sigma);
     }
     imports.push_back(std::make_unique<SampleImport<SampleOf<decltype(samples)>>>(
-        stream, own, files[own.input], frame, &log->source, &samples));
+        stream, own, files[own.input], map.gravity, frame, &log->source, &samples));
   });
   return imports;
 }

@@ -53,9 +53,14 @@ void AddOffset(Examination* e, const std::string& stream, const HeadingPair& pai
     e->Add(finding);
     return;
   }
-  finding.remedy = fmt::format("turn the attitude's earth by {:+.1f} deg about down", finding.size);
+  // Axes are named in quarter turns; a calibration finds the rest.
+  const double quarter = 0.5 * M_PI * std::round(heading.angle / (0.5 * M_PI));
+  const bool is_quarter = quarter != 0.0 && std::abs(heading.angle - quarter) < kAbsorbedHeading;
+  const double angle = is_quarter ? quarter : heading.angle;
+  finding.remedy =
+      fmt::format("turn the attitude's earth by {:+.1f} deg about down", angle / kDegree);
   finding.repaired = true;
-  const Eigen::AngleAxisd turn(heading.angle, Eigen::Vector3d::UnitZ());
+  const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::UnitZ());
   const StreamRepair change{.earth = turn.toRotationMatrix()};
   e->Repair("attitude", change);
   for (const std::string& copy : e->copies) e->Repair(copy, change);

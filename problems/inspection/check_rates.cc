@@ -17,25 +17,74 @@ constexpr double kLeastDrift = 1e-4;       // s/s; a smaller one is no fault
 constexpr double kFormMargin = 0.04;       // correlation by which another form must be better
 constexpr double kLeastImuJump = 0.5, kMostImuJump = 60.0;  // s
 
+// A form of a stream's attitude.
 struct Form {
-  std::array<int, 4> order;
-  bool inverse;
-  const char* text;
+  StreamRepair repair;
+  std::string text;
 };
-constexpr std::array<Form, 6> kForms = {{
-    {{0, 1, 2, 3}, false, "as it is read"},
-    {{0, 1, 2, 3}, true, "the inverse: the rotation from earth to body"},
-    {{3, 0, 1, 2}, false, "x, y, z, w where w, x, y, z is read"},
-    {{1, 2, 3, 0}, false, "w, x, y, z where x, y, z, w is read"},
-    {{3, 0, 1, 2}, true, "x, y, z, w where w, x, y, z is read, and the inverse"},
-    {{1, 2, 3, 0}, true, "w, x, y, z where x, y, z, w is read, and the inverse"},
-}};
+
+std::vector<Form> QuaternionForms() {
+  return {{{}, "as it is read"},
+          {{.inverse = true}, "the inverse: the rotation from earth to body"},
+          {{.quaternion = {3, 0, 1, 2}}, "x, y, z, w where w, x, y, z is read"},
+          {{.quaternion = {1, 2, 3, 0}}, "w, x, y, z where x, y, z, w is read"},
+          {{.quaternion = {3, 0, 1, 2}, .inverse = true},
+           "x, y, z, w where w, x, y, z is read, and the inverse"},
+          {{.quaternion = {1, 2, 3, 0}, .inverse = true},
+           "w, x, y, z where x, y, z, w is read, and the inverse"}};
+}
+
+// Angles in any order, one of them of the other sign (two are other axes), the heading or the
+// others in a unit of their own: deg read as rad, or where they hardly change rad read as deg.
+std::vector<Form> AngleForms(const std::vector<AttitudeSample>& attitude,
+                             const FileAttitude& file) {
+  constexpr std::array<const char*, 3> kAngles = {"roll", "pitch", "yaw"};
+  const Eigen::Quaterniond to_earth(file.axes.earth), to_body(file.axes.body);
+  Eigen::Vector3d most = Eigen::Vector3d::Zero();
+  for (const AttitudeSample& sample : attitude) {
+    const auto angles = AnglesOf(to_earth.conjugate() * sample.q_Ep_I * to_body, file.form);
+    most = most.cwiseMax(angles.cwiseAbs());
+  }
+  const auto other = [](double largest) {
+    return largest < M_PI * kDegree ? 1.0 / kDegree : kDegree;
+  };
+  const double tilt = other(most.head<2>().maxCoeff()), yaw = other(0.5 * most.z());
+  const std::array<Eigen::Vector3d, 3> units = {
+      {{1.0, 1.0, 1.0}, {1.0, 1.0, yaw}, {tilt, tilt, 1.0}}};
+  std::vector<Form> forms = {{{}, "as it is read"}};
+  for (const std::string& order : AngleOrders()) {
+    for (int flip = -1; flip < 3; ++flip) {
+      for (const Eigen::Vector3d& unit : units) {
+        Form form{{.angle_order = order, .angle_factor = unit}, "they turn in the order " + order};
+        if (flip >= 0) {
+          form.repair.angle_factor[flip] *= -1.0;
+          form.text +=
+              fmt::format(", {} of the other sign", kAngles[static_cast<std::size_t>(flip)]);
+        }
+        if (unit != units[0]) form.text += ", yaw in another unit than roll and pitch";
+        forms.push_back(std::move(form));
+      }
+    }
+  }
+  return forms;
+}
+
+FileAttitude SourceOf(const Examination& e, const std::string& stream) {
+  const auto own = e.sources.find(stream);
+  return own == e.sources.end() ? FileAttitude{} : own->second;
+}
+
+std::vector<Form> FormsOf(const std::vector<AttitudeSample>& attitude, const FileAttitude& file) {
+  if (file.HasAngles()) return AngleForms(attitude, file);
+  std::vector<Form> forms = QuaternionForms();
+  if (file.form == "matrix") forms.resize(2);
+  return forms;
+}
 
 std::vector<AttitudeSample> InForm(const std::vector<AttitudeSample>& attitude, const Form& form,
-                                   const SourceAxes& axes) {
-  const StreamRepair repair{.quaternion = form.order, .inverse = form.inverse};
+                                   const FileAttitude& file) {
   std::vector<AttitudeSample> read = attitude;
-  for (AttitudeSample& sample : read) sample.q_Ep_I = Reread(sample.q_Ep_I, repair, axes);
+  for (AttitudeSample& sample : read) sample.q_Ep_I = Reread(sample.q_Ep_I, form.repair, file);
   return read;
 }
 
@@ -45,78 +94,97 @@ std::optional<VectorMatch> MatchAt(const RunningIntegral<3>& gyro,
   return MatchVectors([&](double more) { return pairs(lag + more); }, {0.0, 0.02});
 }
 
-// Share of the mean specific force, in the earth of the attitude, that points up or down.
-double Uprightness(const FlightLog& log, const std::vector<AttitudeSample>& attitude) {
-  const auto mean = MeanForceInEarth(log, attitude, 0.5);
-  return mean && mean->norm() > 0.0 ? std::abs(mean->z()) / mean->norm() : 0.0;
-}
-
 // How well a form explains the rates; a form that needs no turn of axes and keeps gravity vertical
 // is preferred.
 struct FormTrial {
-  const Form* form;
-  double correlation, unturned, plain, upright;
+  Form form;
+  double correlation, unturned, plain, gain;
+  Eigen::Vector3d force;  // mean, in the attitude's earth
+
+  // Share of it that points up or down.
+  double upright() const { return force.norm() > 0.0 ? std::abs(force.z()) / force.norm() : 0.0; }
 };
 
 std::vector<FormTrial> TryForms(const Examination& e, const std::string& stream,
                                 const std::vector<AttitudeSample>& attitude,
                                 const RunningIntegral<3>& gyro, double lag) {
-  const auto own = e.sources.find(stream);
-  const FileAttitude source = own == e.sources.end() ? FileAttitude{} : own->second;
+  const FileAttitude source = SourceOf(e, stream);
   std::vector<FormTrial> trials;
-  for (const Form& form : kForms) {
-    if (!source.is_quaternion && form.order != kForms.front().order) continue;
-    const auto read = InForm(attitude, form, source.axes);
-    const auto match = MatchAt(gyro, TurnsOf(read, LogClock(e.fixed), kMostPairs), lag);
-    if (!match) continue;
-    std::vector<AttitudeSample> shifted = read;
-    for (AttitudeSample& sample : shifted) sample.t -= FromSeconds(lag);
-    trials.push_back(
-        {&form, match->correlation, match->unturned, match->plain, Uprightness(e.fixed, shifted)});
+  for (const Form& form : FormsOf(attitude, source)) {
+    std::vector<AttitudeSample> read = InForm(attitude, form, source);
+    const VectorMatch match =
+        MatchAt(gyro, TurnsOf(read, LogClock(e.fixed), kMostPairs), lag).value_or(VectorMatch{});
+    for (AttitudeSample& sample : read) sample.t -= FromSeconds(lag);
+    const auto force = MeanForceInEarth(e.fixed, read, 0.5);
+    trials.push_back({form, match.correlation, match.unturned, match.plain, match.gain,
+                      force.value_or(Eigen::Vector3d::Zero())});
   }
   return trials;
 }
 
-const FormTrial& BestForm(const std::vector<FormTrial>& trials) {
+// Of angles: as read, unless another form explains much more. An angle of the other sign also looks
+// like a mirrored gyroscope: then the mean force in earth axes, which is gravity, is the larger one
+// by the right form.
+const FormTrial& BestAngles(const std::vector<FormTrial>& trials) {
+  const FormTrial& as_read = trials.front();
+  const FormTrial* best = &as_read;
+  for (const FormTrial& trial : trials) {
+    // A larger unit of two angles only drowns the noise of the third.
+    const bool is_size =
+        std::abs(std::log(trial.gain)) < std::abs(std::log(as_read.gain)) + kOtherUnit;
+    if (is_size && trial.correlation > kAlike && trial.unturned > best->unturned) best = &trial;
+  }
+  const double left = RestOf(best->unturned);
+  if (left > kMuchLess * RestOf(as_read.unturned)) return as_read;
+  if (RestOf(as_read.plain) < kMuchLess * left) return as_read;  // by other axes of the body
+  best = &*std::find_if(trials.begin(), trials.end(), [&](const FormTrial& trial) {
+    return RestOf(trial.unturned) <= left / kExplains;  // the usual forms come first
+  });
+  if (left < kMuchLess * RestOf(as_read.plain)) return *best;
+  return best->force.norm() > as_read.force.norm() ? *best : as_read;
+}
+
+const FormTrial& BestQuaternion(const std::vector<FormTrial>& trials) {
   double best = 0.0, straight = 0.0;
   for (const FormTrial& trial : trials) {
     best = std::max(best, trial.correlation);
-    if (trial.upright > 0.7) straight = std::max(straight, trial.unturned);
+    if (trial.upright() > 0.7) straight = std::max(straight, trial.unturned);
   }
   const auto good = [&](const FormTrial& t) { return t.correlation > best - kFormMargin; };
   if (good(trials.front()) && trials.front().unturned > best - 2.0 * kFormMargin) {
     return trials.front();
   }
   // As read, other axes of the IMU explain more than any other form does without them.
-  if (trials.front().plain > straight + 0.25 * kFormMargin && trials.front().upright > 0.7) {
+  if (trials.front().plain > straight + 0.25 * kFormMargin && trials.front().upright() > 0.7) {
     return trials.front();
   }
   for (const FormTrial& trial : trials) {  // one that explains all without a turn
     if (straight > best - 2.0 * kFormMargin && trial.unturned > straight - 0.5 * kFormMargin &&
-        trial.upright > 0.7) {
+        trial.upright() > 0.7) {
       return trial;
     }
   }
   for (const FormTrial& trial : trials) {
-    if (good(trial) && trial.upright > 0.7) return trial;
+    if (good(trial) && trial.upright() > 0.7) return trial;
   }
-  for (const FormTrial& trial : trials) {
-    if (good(trial)) return trial;
-  }
-  return trials.front();
+  return *std::find_if(trials.begin(), trials.end(), good);
 }
 
 void RepairForm(Examination* e, const std::string& stream, const FormTrial& as_read,
                 const FormTrial& best) {
   const double size = best.correlation - as_read.unturned;
-  Finding finding{"quaternion_form", stream, Level::kFatal, size, "1", e->log.gravity};
+  const bool angles = SourceOf(*e, stream).HasAngles();
+  Finding finding{
+      angles ? "angle_form" : "quaternion_form", stream, Level::kFatal, size, "1", e->log.gravity};
   finding.text = fmt::format(
-      "the quaternions of {0}.csv are in another form: {1}. So read, its turn rates agree with the "
-      "gyroscope's to a correlation of {2:.3f}; as read, {3:.3f}",
-      stream, best.form->text, best.unturned, as_read.unturned);
-  finding.remedy = "give the columns in their order (and `inverse: true` where it says so)";
+      "the {0} of {1}.csv are in another form: {2}. So read, its turn rates agree with the "
+      "gyroscope's to a correlation of {3:.3f}; as read, {4:.3f}",
+      angles ? "angles" : "quaternions", stream, best.form.text, best.unturned, as_read.unturned);
+  finding.remedy = angles
+                       ? "state `order` and `scale` of `euler` so"
+                       : "give the columns in their order (and `inverse: true` where it says so)";
   finding.repaired = true;
-  e->Repair(stream, {.quaternion = best.form->order, .inverse = best.form->inverse});
+  e->Repair(stream, best.form.repair);
   e->Add(finding);
 }
 
@@ -217,14 +285,30 @@ std::optional<FollowingFit> ExplainedByFilter(Examination* e, const RunningInteg
   return fit;
 }
 
+// Reads the stream in the form that the gyroscope shows, where it is another one.
+void CheckForm(Examination* e, const std::string& stream, const RunningIntegral<3>& gyro,
+               double lag) {
+  const auto trials = TryForms(*e, stream, AttitudesOf(e->fixed, stream), gyro, lag);
+  const FormTrial& best =
+      SourceOf(*e, stream).HasAngles() ? BestAngles(trials) : BestQuaternion(trials);
+  if (&best != &trials.front()) RepairForm(e, stream, trials.front(), best);
+}
+
 void CheckStream(Examination* e, const std::string& stream, const RunningIntegral<3>& gyro) {
-  std::vector<AttitudeSample> attitude = AttitudesOf(e->fixed, stream);
-  if (attitude.size() < 30) return;
+  if (AttitudesOf(e->fixed, stream).size() < 30) return;
   MotionComparison comparison{"turn rates against the gyroscope", stream, {}, {}};
   const LogClock clock(e->fixed);
-  const auto turns = TurnsOf(attitude, clock, kMostPairs);
-  auto match = MatchVectors(RatePairs(gyro, turns, false), {});
-  const auto as_inverse = MatchVectors(RatePairs(gyro, turns, true), {});
+  const auto match_of = [&](bool of_earth) {
+    const auto turns = TurnsOf(AttitudesOf(e->fixed, stream), clock, kMostPairs);
+    return MatchVectors(RatePairs(gyro, turns, of_earth), {});
+  };
+  const bool has_angles = SourceOf(*e, stream).HasAngles();
+  auto match = match_of(false);
+  if (has_angles) {  // of another form they show no lag
+    CheckForm(e, stream, gyro, match && match->correlation > kSound ? match->lag : 0.0);
+    match = match_of(false);
+  }
+  const auto as_inverse = match_of(true);
   if (as_inverse && match && as_inverse->correlation > match->correlation + kFormMargin) {
     match = as_inverse;
   }
@@ -242,16 +326,14 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
     e->result.comparisons.push_back(comparison);
     return;
   }
-  const auto trials = TryForms(*e, stream, attitude, gyro, match->lag);
-  const FormTrial& best = BestForm(trials);
-  if (best.form != &kForms.front()) RepairForm(e, stream, trials.front(), best);
+  if (!has_angles) CheckForm(e, stream, gyro, match->lag);
   if (const RateWitness* good = WitnessAgainst(*e, *match)) {
     AddOtherFlight(e, stream, *match, *good);
   } else {
     AddClock(e, stream, *match);
     AddClockDrift(e, stream, *match, "the gyroscope", kLeastDrift);
   }
-  attitude = AttitudesOf(e->fixed, stream);
+  std::vector<AttitudeSample> attitude = AttitudesOf(e->fixed, stream);
   if (filter) attitude = WithoutFollowing(e->fixed, attitude, filter->gain);
   auto repaired =
       MatchVectors(RatePairs(gyro, TurnsOf(attitude, clock, kMostPairs), false), {0.0, 0.02});

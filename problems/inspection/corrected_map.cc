@@ -54,6 +54,18 @@ void CorrectAttitude(YAML::Node stream, const SourceAxes& outer, const StreamRep
           old[kComponents[static_cast<std::size_t>(repair.quaternion[i])]];
     }
   }
+  if (!repair.angle_order.empty()) {
+    YAML::Node angles = stream[key];
+    angles["order"] = repair.angle_order;
+    if (!angles["scale"] || !angles["scale"].IsSequence()) {
+      const std::string all = angles["scale"] ? angles["scale"].Scalar() : "1";
+      angles["scale"] = std::vector<std::string>(3, all);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double factor = repair.angle_factor[static_cast<Eigen::Index>(i)];
+      angles["scale"][i] = fmt::format("{:.9g}", factor * angles["scale"][i].as<double>());
+    }
+  }
   if (repair.inverse) {
     const bool before = stream[key]["inverse"] && stream[key]["inverse"].as<bool>();
     stream[key]["inverse"] = !before;
@@ -148,6 +160,22 @@ void CorrectStream(const YAML::Node& map, const SourceAxes& outer, const StreamR
   CorrectTime(map, stream, repair.time_offset);
 }
 
+// States the attitude of `by`, as corrected, beside the accelerometer's columns.
+void CorrectForce(const StreamRepair& repair, const SourceAxes& outer, const YAML::Node& by,
+                  YAML::Node imu) {
+  YAML::Node accel = imu["accel"], attitude;
+  const SourceAxes axes = AxesOf(by, outer);
+  for (const char* form : {"quaternion", "matrix", "euler"}) {
+    if (by[form]) attitude[form] = YAML::Clone(by[form]);
+  }
+  attitude["earth"] = AxesNode(axes.earth);
+  attitude["body"] = AxesNode(axes.body);
+  accel["attitude"] = attitude;
+  if (repair.force_in_earth) accel["earth"] = AxesNode(axes.earth);
+  if (!repair.force_in_earth) accel["axes"] = "body";
+  if (repair.gravity_removed != 0.0) accel["gravity"] = "removed";
+}
+
 }  // namespace
 
 FileAttitudes FileAttitudesOf(const ImportMap& map) {
@@ -155,7 +183,10 @@ FileAttitudes FileAttitudesOf(const ImportMap& map) {
   for (const auto& [name, stream] : map.streams) {
     for (const FieldSource& field : stream.fields) {
       if (*field.key.c_str() != '\0' || !field.attitude) continue;
-      sources[name] = {field.attitude->axes(), field.attitude->is_quaternion()};
+      const auto imu = map.streams.find("imu");
+      const bool beside = imu != map.streams.end() && imu->second.input == stream.input &&
+                          imu->second.channels == stream.channels && stream.type.empty();
+      sources[name] = {field.attitude->axes(), field.attitude->form(), beside};
     }
   }
   return sources;
@@ -172,6 +203,11 @@ YAML::Node CorrectMap(const YAML::Node& map, const Repairs& repairs) {
       continue;
     }
     for (YAML::Node one : stream) CorrectStream(corrected, outer, repair, one);
+  }
+  const auto imu = repairs.streams.find("imu");
+  if (imu != repairs.streams.end() && !imu->second.force_by.empty()) {
+    CorrectForce(imu->second, outer, corrected["streams"][imu->second.force_by],
+                 corrected["streams"]["imu"]);
   }
   if (!repairs.reverse_spins || !corrected["vehicle"]) return corrected;
   for (YAML::Node rotor : corrected["vehicle"]["rotors"]) rotor["spin"] = -rotor["spin"].as<int>();

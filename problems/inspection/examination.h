@@ -86,6 +86,8 @@ std::optional<VectorMatch> MatchLongTurns(const Examination& e, const std::strin
 void CheckBodies(Examination* e);
 // The accelerometer's axes, scale and bias, by position or by gravity.
 void CheckAccelerometer(Examination* e);
+// Whether the accelerometer's numbers are in the earth's axes or lack gravity.
+void CheckForce(Examination* e);
 // Up and down of earth and body.
 void CheckVertical(Examination* e);
 // Whether the accelerometer reads gravity, by the median of its size.

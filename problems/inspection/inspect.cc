@@ -46,6 +46,15 @@ void Combine(const StreamRepair& change, StreamRepair* all) {
   all->time_offset += change.time_offset;
   if (change.quaternion != std::array<int, 4>{0, 1, 2, 3}) all->quaternion = change.quaternion;
   all->inverse = all->inverse != change.inverse;
+  if (!change.angle_order.empty()) {
+    all->angle_order = change.angle_order;
+    all->angle_factor = change.angle_factor;
+  }
+  if (!change.force_by.empty()) {
+    all->force_by = change.force_by;
+    all->force_in_earth = change.force_in_earth;
+    all->gravity_removed = change.gravity_removed;
+  }
   all->earth = change.earth * all->earth;
   all->body = change.body * all->body;
   all->accel = change.accel * all->accel;
@@ -169,6 +178,7 @@ Inspection Inspect(const FlightLog& log, const FileAttitudes& sources) {
     CheckTimeScale(&e);
     CheckRates(&e);
     CheckBodies(&e);
+    CheckForce(&e);
     CheckVertical(&e);
     CheckAccelerometer(&e);
     CheckHeading(&e);

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "problems/import/shared_stamps.h"
+#include "problems/inspection/examination.h"
+#include "problems/log/attitude_cursor.h"
 
 namespace trueline {
 namespace {
@@ -37,31 +39,33 @@ void LeaveOut(const StreamRepair& repair, const Stream& stream, Samples* samples
 }
 
 template <class Sample>
-void Repair(const StreamRepair&, const SourceAxes&, std::vector<Sample>*) {}
+void Repair(const StreamRepair&, const FileAttitude&, std::vector<Sample>*) {}
 
-void Repair(const StreamRepair& repair, const SourceAxes&, std::vector<ImuSample>* imu) {
+void Repair(const StreamRepair& repair, const FileAttitude&, std::vector<ImuSample>* imu) {
   for (ImuSample& sample : *imu) {
     sample.accel = repair.accel_scale * (repair.accel * sample.accel);
     sample.gyro = repair.gyro_scale * (repair.gyro * sample.gyro);
   }
 }
 
-void Repair(const StreamRepair& repair, const SourceAxes& axes, std::vector<AttitudeSample>* all) {
-  for (AttitudeSample& sample : *all) sample.q_Ep_I = Reread(sample.q_Ep_I, repair, axes);
+void Repair(const StreamRepair& repair, const FileAttitude& file,
+            std::vector<AttitudeSample>* all) {
+  for (AttitudeSample& sample : *all) sample.q_Ep_I = Reread(sample.q_Ep_I, repair, file);
 }
 
-void Repair(const StreamRepair& repair, const SourceAxes& axes, std::vector<PoseSample>* poses) {
+void Repair(const StreamRepair& repair, const FileAttitude& file, std::vector<PoseSample>* poses) {
   for (PoseSample& pose : *poses) {
-    pose.q_E = Reread(pose.q_E, repair, axes);
+    pose.q_E = Reread(pose.q_E, repair, file);
     pose.p_E = repair.position_scale * (repair.position * pose.p_E);
   }
 }
 
-void Repair(const StreamRepair& repair, const SourceAxes&, std::vector<Fix>* fixes) {
+void Repair(const StreamRepair& repair, const FileAttitude&, std::vector<Fix>* fixes) {
   for (Fix& fix : *fixes) fix.p_E = repair.position_scale * (repair.position * fix.p_E);
 }
 
-void Repair(const StreamRepair& repair, const SourceAxes&, std::vector<ChannelsSample>* channels) {
+void Repair(const StreamRepair& repair, const FileAttitude&,
+            std::vector<ChannelsSample>* channels) {
   for (ChannelsSample& sample : *channels) {
     for (double& value : sample.values) value *= repair.channel_scale;
     if (repair.order.empty()) continue;
@@ -70,16 +74,37 @@ void Repair(const StreamRepair& repair, const SourceAxes&, std::vector<ChannelsS
   }
 }
 
+// What the accelerometer reads becomes the body's specific force, by the log's attitude.
+void MakeForce(const StreamRepair& repair, const FileAttitudes& sources, FlightLog* log) {
+  if (repair.force_by.empty()) return;
+  const Eigen::Matrix3d to_earth = EarthFromBodyAsRead(sources, repair.force_by);
+  const std::vector<AttitudeSample> attitude = AttitudesOf(*log, repair.force_by);
+  AttitudeCursor cursor(attitude);
+  Eigen::Quaterniond q = attitude.front().q_Ep_I;
+  for (ImuSample& sample : log->imu) {
+    cursor.At(sample.t, kAttitudeGap, &q);
+    if (repair.force_in_earth) sample.accel = q.conjugate() * to_earth * sample.accel;
+    sample.accel.noalias() -=
+        q.conjugate() * Eigen::Vector3d(0.0, 0.0, repair.gravity_removed * log->gravity);
+  }
+}
+
 }  // namespace
+
+Eigen::Matrix3d EarthFromBodyAsRead(const FileAttitudes& sources, const std::string& stream) {
+  const auto own = sources.find(stream);
+  if (own == sources.end()) return Eigen::Matrix3d::Identity();
+  return own->second.axes.earth * own->second.axes.body.transpose();
+}
 
 bool IsIdentity(const Eigen::Matrix3d& m) { return m.isIdentity(1e-12); }
 
 bool StreamRepair::IsNone() const {
   const bool same_order = quaternion == std::array<int, 4>{0, 1, 2, 3} && !inverse && order.empty();
-  return same_order && time_offset == 0.0 && IsIdentity(earth) && IsIdentity(body) &&
-         IsIdentity(accel) && IsIdentity(gyro) && IsIdentity(position) && accel_scale == 1.0 &&
-         gyro_scale == 1.0 && position_scale == 1.0 && channel_scale == 1.0 && leave_out.empty() &&
-         !only_new;
+  return same_order && angle_order.empty() && force_by.empty() && time_offset == 0.0 &&
+         IsIdentity(earth) && IsIdentity(body) && IsIdentity(accel) && IsIdentity(gyro) &&
+         IsIdentity(position) && accel_scale == 1.0 && gyro_scale == 1.0 && position_scale == 1.0 &&
+         channel_scale == 1.0 && leave_out.empty() && !only_new;
 }
 
 bool Repairs::IsNone() const {
@@ -88,12 +113,15 @@ bool Repairs::IsNone() const {
 }
 
 Eigen::Quaterniond Reread(const Eigen::Quaterniond& q, const StreamRepair& repair,
-                          const SourceAxes& axes) {
-  const Eigen::Quaterniond to_earth(axes.earth), to_body(axes.body);
-  const Eigen::Quaterniond file = to_earth.conjugate() * q * to_body;
-  const std::array<double, 4> c = {file.w(), file.x(), file.y(), file.z()};
+                          const FileAttitude& file) {
+  const Eigen::Quaterniond to_earth(file.axes.earth), to_body(file.axes.body);
+  const Eigen::Quaterniond read = to_earth.conjugate() * q * to_body;
+  const std::array<double, 4> c = {read.w(), read.x(), read.y(), read.z()};
   const auto at = [&](std::size_t i) { return c[static_cast<std::size_t>(repair.quaternion[i])]; };
   Eigen::Quaterniond right(at(0), at(1), at(2), at(3));
+  if (!repair.angle_order.empty()) {
+    right = TurnBy(repair.angle_factor.cwiseProduct(AnglesOf(read, file.form)), repair.angle_order);
+  }
   if (repair.inverse) right = right.conjugate();
   return (Eigen::Quaterniond(repair.earth) * to_earth * right * to_body.conjugate() *
           Eigen::Quaterniond(repair.body).conjugate())
@@ -107,7 +135,9 @@ void ApplyRepairs(const Repairs& repairs, const FileAttitudes& sources, FlightLo
     const auto own = sources.find(stream.name);
     LeaveOut(found->second, stream, &samples);
     Shift(found->second.time_offset, &samples);
-    Repair(found->second, own == sources.end() ? SourceAxes{} : own->second.axes, &samples);
+    Repair(found->second, own == sources.end() ? FileAttitude{} : own->second, &samples);
+    if constexpr (std::is_same_v<SampleOf<decltype(samples)>, ImuSample>)
+      MakeForce(found->second, sources, log);
   });
   if (!repairs.reverse_spins || !log->vehicle) return;
   for (Rotor& rotor : log->vehicle->rotors) rotor.spin = -rotor.spin;

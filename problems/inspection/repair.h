@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "problems/import/frames.h"
+#include "problems/import/source.h"
 #include "problems/log/flight_log.h"
 
 namespace trueline {
@@ -21,6 +21,10 @@ struct StreamRepair {
   // The right quaternion's w, x, y, z are these components as the file has them; then its inverse.
   std::array<int, 4> quaternion = {0, 1, 2, 3};
   bool inverse = false;
+  // The right rotation is that of the file's three angles, each times a factor, in this order (see
+  // AngleOrders()); empty: as the file has it.
+  std::string angle_order = "";
+  Eigen::Vector3d angle_factor = Eigen::Vector3d::Ones();
   // q becomes earth q body^T, a position `position` p. Rotations.
   Eigen::Matrix3d earth = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d body = Eigen::Matrix3d::Identity();
@@ -29,6 +33,11 @@ struct StreamRepair {
   Eigen::Matrix3d gyro = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d position = Eigen::Matrix3d::Identity();
   double accel_scale = 1.0, gyro_scale = 1.0, position_scale = 1.0;
+  // The stream whose attitude makes a specific force of what the accelerometer reads in the earth's
+  // axes or with `gravity_removed` (1, or -1 where that earth has z up); empty: it reads one.
+  std::string force_by = "";
+  bool force_in_earth = false;
+  double gravity_removed = 0.0;
   double channel_scale = 1.0;  // of rotor speeds
   // Channel i of the right stream is channel order[i] of this one; empty: as it is.
   std::vector<std::size_t> order = {};
@@ -50,14 +59,21 @@ struct Repairs {
 // axes.
 struct FileAttitude {
   SourceAxes axes;
-  bool is_quaternion = true;  // otherwise Euler angles
+  std::string form = "quaternion";  // or as SourceAttitude::form() says
+  bool is_beside_imu = false;       // in the same rows
+
+  bool HasAngles() const { return form != "quaternion" && form != "matrix"; }
 };
 // By stream; NED, FRD and a quaternion where none is stated.
 using FileAttitudes = std::map<std::string, FileAttitude>;
 
-// The quaternion that the file's components mean when they are read as `repair` says.
+// The quaternion that the file's components or angles mean when they are read as `repair` says.
 Eigen::Quaterniond Reread(const Eigen::Quaterniond& q, const StreamRepair& repair,
-                          const SourceAxes& axes);
+                          const FileAttitude& file);
+
+// Takes numbers that were read in the body's axes to the earth of a stream's attitude, as they are
+// if the file states them in the earth's.
+Eigen::Matrix3d EarthFromBodyAsRead(const FileAttitudes& sources, const std::string& stream);
 
 void ApplyRepairs(const Repairs& repairs, const FileAttitudes& sources, FlightLog* log);
 

@@ -37,6 +37,11 @@ StreamRepair OfMeaning(const StreamRepair& repair, bool units_alone) {
   if (units_alone) return part;
   part.quaternion = repair.quaternion;
   part.inverse = repair.inverse;
+  part.angle_order = repair.angle_order;
+  part.angle_factor = repair.angle_factor;
+  part.force_by = repair.force_by;
+  part.force_in_earth = repair.force_in_earth;
+  part.gravity_removed = repair.gravity_removed;
   part.earth = AxesOnly(repair.earth);
   part.body = AxesOnly(repair.body);
   part.accel = AxesOnly(repair.accel);
@@ -96,10 +101,19 @@ std::optional<FlightLog> SettleProposal(FoundLog* found) {
   try {
     Reading before = ReadBy(MapOf(*found), found->files);
     log = std::move(before.log);
-    const Repairs repairs = OfMeaning(before.inspection.repairs, found->shipped.has_value());
+    const auto read = [&](const YAML::Node& map) {
+      return ReadBy(ReadImportMapText(TextOf(map), "proposed_map.yaml"), found->files);
+    };
+    YAML::Node map = YAML::Load(found->map);
+    Repairs repairs = OfMeaning(before.inspection.repairs, found->shipped.has_value());
+    if (repairs.streams["imu"].gravity_removed < 0.0) {  // the mean force shows no axes then
+      map["earth"] = "ENU";
+      map["body"] = "FLU";
+      repairs = OfMeaning(read(map).inspection.repairs, false);
+    }
     if (repairs.IsNone()) return log;
-    const YAML::Node corrected = CorrectMap(YAML::Load(found->map), repairs);
-    Reading after = ReadBy(ReadImportMapText(TextOf(corrected), "proposed_map.yaml"), found->files);
+    const YAML::Node corrected = CorrectMap(map, repairs);
+    Reading after = read(corrected);
     if (CountFaults(after.inspection) >= CountFaults(before.inspection)) return log;
     log = std::move(after.log);
     found->shipped.reset();

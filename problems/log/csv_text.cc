@@ -164,10 +164,20 @@ bool ParseNumber(std::string_view text, double* value) {
   return error == std::errc();
 }
 
+namespace {
+
+constexpr int kTicks = 2;
+constexpr std::uint64_t kTicksTo1970 = 621355968000000000;  // of .NET, from the year 1 on
+
+}  // namespace
+
 bool ParseTime(std::string_view text, int exponent, TimeNs* time) {
   Decimal decimal;
   if (!ParseDecimal(text, &decimal)) return false;
   std::uint64_t digits = decimal.digits;
+  if (exponent == kTicks && decimal.exponent == 0 && digits > kTicksTo1970) {
+    digits -= kTicksTo1970;
+  }
   if (!Scale(decimal.exponent + exponent, &digits)) return false;
   *time = decimal.negative ? -static_cast<TimeNs>(digits) : static_cast<TimeNs>(digits);
   return true;

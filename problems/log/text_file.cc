@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "problems/common/error.h"
 #include "problems/log/csv_text.h"
 #include "problems/log/unpacked.h"
@@ -32,6 +34,33 @@ namespace {
 constexpr std::size_t kChunk = 1 << 18;  // bytes
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
+bool IsAscii(char c) { return static_cast<unsigned char>(c) < 0x80; }
+
+// What is no UTF-8 is taken as Latin-1. In UTF-8 each byte from 0x80 on stands in a sequence of a
+// first byte and of as many others as it says.
+bool IsUtf8(std::string_view text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto first = static_cast<unsigned char>(text[i]);
+    if (first < 0x80) continue;
+    int others = first >= 0xF0 ? 3 : first >= 0xE0 ? 2 : first >= 0xC0 ? 1 : -1;
+    if (others < 0) return false;
+    for (; others > 0; --others) {
+      if (++i >= text.size() || (static_cast<unsigned char>(text[i]) & 0xC0) != 0x80) return false;
+    }
+  }
+  return true;
+}
+
+std::string FromLatin1(std::string_view text) {
+  std::string utf8;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (!IsAscii(c)) utf8 += static_cast<char>(0xC0 | byte >> 6);
+    utf8 += static_cast<char>(IsAscii(c) ? byte : 0x80 | (byte & 0x3F));
+  }
+  return utf8;
+}
+
 }  // namespace
 
 LineReader::LineReader(const std::filesystem::path& path) : in_(path) {}
@@ -56,6 +85,12 @@ bool LineReader::Next(std::string_view* line) {
   if (!terminated_) end = buffer_.size();
   if (!terminated_ && end == position_) return false;
   *line = std::string_view(buffer_).substr(position_, end - position_);
+  if (!std::all_of(line->begin(), line->end(), IsAscii) && !IsUtf8(*line) && !IsUtf16(*line)) {
+    const std::string utf8 = FromLatin1(*line);
+    buffer_.replace(position_, line->size(), utf8);
+    end = position_ + utf8.size();
+    *line = std::string_view(buffer_).substr(position_, utf8.size());
+  }
   position_ = terminated_ ? end + 1 : end;
   if (!line->empty() && line->back() == '\r') line->remove_suffix(1);
   if (line_number_++ == 0) {

@@ -26,6 +26,7 @@ constexpr auto kUnits = std::to_array<Unit>({
     {"s", "ms", 1e-3},
     {"s", "us", 1e-6},
     {"s", "ns", 1e-9},
+    {"s", "ticks", 1e-7},
     {"m", "cm", 1e-2},
     {"m", "mm", 1e-3},
     {"m", "ft", 0.3048},

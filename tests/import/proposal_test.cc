@@ -241,6 +241,58 @@ TEST_F(Proposal, VectorsHaveManyNames) {
   }
 }
 
+TEST_F(Proposal, NamesMayBeOfOtherLanguagesAndLatin1) {
+  for (const char* names :
+       {"Zeit,Beschleunigung_x,Beschleunigung_y,Beschleunigung_z,Drehrate_x,Drehrate_y,Drehrate_z,"
+        "Rollwinkel,Nickwinkel,Gierwinkel,Ort_x,Ort_y,Ort_z",
+        "temps,Acc\xE9l\xE9ration x,Acc\xE9l\xE9ration y,Acc\xE9l\xE9ration z,vitesse_angulaire_x,"
+        "vitesse_angulaire_y,vitesse_angulaire_z,roulis,tangage,lacet,position_x,position_y,"
+        "position_z",
+        "tiempo,aceleraci\xF3n_x,aceleraci\xF3n_y,aceleraci\xF3n_z,giroscopio_x,giroscopio_y,"
+        "giroscopio_z,alabeo,cabeceo,gui\xF1"
+        "ada,posicion_x,posicion_y,posicion_z"}) {
+    const FlightLog log = Convert(std::string(names) + "\n", ",0,0,-9.81,0,0,0.5,0,0,1,1,2,3");
+    EXPECT_EQ(log.imu[0].gyro.z(), 0.5) << map_;
+    ASSERT_EQ(log.mocap.size(), 3U) << map_;
+    EXPECT_NEAR(2 * std::asin(log.mocap[0].q_E.z()), 1.0, 1e-9) << map_;
+    EXPECT_EQ(map_.find('\xE9'), std::string::npos);
+  }
+}
+
+TEST_F(Proposal, TimesMayBeTicksOfNetOrFramesOfAStatedRate) {
+  std::string ticks = std::string(kImuNames) + "\n",
+              vicon = "Objects\n200\n,,cf" + std::string(6, ',');
+  vicon += "\nFrame,Sub Frame,RX,RY,RZ,TX,TY,TZ,\n,,rad,rad,rad,mm,mm,mm,\n";
+  std::string qtm = "NO_OF_FRAMES\t9\nFREQUENCY\t200\nFrame\tX\tY\tZ\n";
+  for (int i = 0; i < 9; ++i) {
+    ticks += fmt::format("{}{}\n", 638'500'000'000'000'000 + 50'000 * i, kImuRow);
+    vicon += fmt::format("{},0,0,0,1,1000,2000,3000,\n", i + 1);
+    qtm += fmt::format("{}\t1\t2\t3\n", i + 1);
+  }
+  const auto last = [&](const std::string& text) {
+    return OpenRecording(files_.Write("frames.csv", text))->channels().front().last;
+  };
+  EXPECT_EQ(last(ticks), 1'714'403'200'040'000'000);
+  EXPECT_EQ(last(vicon), 40'000'000);
+  EXPECT_EQ(last(qtm), 40'000'000);
+  EXPECT_THAT(ProposeMap(OpenRecording(files_.Write("frames.csv", vicon)).get()),
+              HasSubstr("\"TZ\"], unit: mm}, euler: {roll: \"RX\""));
+}
+
+// The map of a Crazyflie's own columns does not shut out those of a tracker.
+TEST_F(Proposal, ColumnsOfATrackerJoinAMapThatShips) {
+  std::string csv =
+      "Timestamp,acc.x,acc.y,acc.z,gyro.x,gyro.y,gyro.z,stateEstimate.x,stateEstimate.y,"
+      "stateEstimate.z,vicon_x,vicon_y,vicon_z,vicon_qw,vicon_qx,vicon_qy,vicon_qz\n";
+  for (int i = 0; i < 99; ++i) csv += fmt::format("{},0,0,1,0,0,9,9,9,9,1,2,3,1,0,0,0\n", 10 * i);
+  const FoundLog found = FindLog({files_.Write("cf.csv", csv)});
+  const FlightLog log = ConvertFound(found, {});
+  ASSERT_EQ(log.mocap.size(), 99U) << found.map;
+  EXPECT_EQ(log.mocap[0].p_E, Eigen::Vector3d(1, -2, -3));
+  EXPECT_EQ(log.attitude.size(), 99U);
+  EXPECT_NEAR(log.imu[0].accel.z(), -9.80665, 1e-9);
+}
+
 TEST_F(Proposal, AnglesInDegreesAreToldByAnyOfThem) {
   const FlightLog log =
       Convert(std::string(kImuNames) + ",roll,pitch,yaw\n", std::string(kImuRow) + ",0,3,0");

@@ -15,23 +15,34 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-const FlightLog& Gentle() {
-  static const FlightLog log = testing_simulation::LogOf("figure_eight", 30.0, 7);
-  return log;
+const FlightLog& Flight(const std::string& name) {
+  static std::map<std::string, FlightLog> logs;
+  if (!logs.contains(name)) logs[name] = testing_simulation::LogOf(name, 30.0, 7);
+  return logs[name];
 }
+
+constexpr double kDeg = 180.0 / M_PI;
 
 struct Table {
   const char* attitude = "qw,qx,qy,qz";
   std::array<int, 4> order = {0, 1, 2, 3};  // of w, x, y, z, as written
   bool inverse = false;
-  double gyro = 1.0, place = 1.0, angle = 0.0;  // angle: of roll, pitch and yaw, 0 for quaternions
+  double gyro = 1.0, place = 1.0;
+  Eigen::Vector3d angle = Eigen::Vector3d::Zero();  // of roll, pitch and yaw; 0: quaternions
+  double yaw = 0.0;                                 // rad, added
+  bool turned_xyz = false;                          // by roll, pitch, yaw in this order of Rx Ry Rz
+  bool in_earth = false, no_gravity = false, up = false;  // of acceleration; axes ENU and FLU
+  const char* flight = "figure_eight";
   const char* imu = "ax,ay,az,gx,gy,gz";
 };
 
 class SettleProposalTest : public testing::Test {
  protected:
   FlightLog Read(const Table& table) {
-    const FlightLog& log = Gentle();
+    const FlightLog& log = Flight(table.flight);
+    Eigen::Matrix3d earth = Eigen::Matrix3d::Identity(), body = earth;
+    if (table.up) earth << 0, 1, 0, 1, 0, 0, 0, 0, -1;
+    if (table.up) body.diagonal() << 1, -1, -1;
     std::ofstream file(folder_ / "flight.csv");
     file << "t," << table.imu << "," << table.attitude << ",x,y,z\n";
     std::size_t k = 0;
@@ -39,22 +50,29 @@ class SettleProposalTest : public testing::Test {
       const ImuSample& imu = log.imu[i];
       while (k + 1 < log.mocap.size() && log.mocap[k + 1].t <= imu.t) ++k;
       file << fmt::format("{:.6f}", ToSeconds(imu.t));
-      Write(&file, imu.accel);
-      Write(&file, table.gyro * imu.gyro);
-      const Eigen::Quaterniond q =
-          table.inverse ? log.attitude[i].q_Ep_I.conjugate() : log.attitude[i].q_Ep_I;
-      if (table.angle > 0.0) {
+      Eigen::Quaterniond q(earth * log.attitude[i].q_Ep_I.toRotationMatrix() * body);
+      Eigen::Vector3d accel = body * imu.accel;
+      if (table.no_gravity) accel += q.conjugate() * earth * Eigen::Vector3d(0, 0, log.gravity);
+      if (table.in_earth) accel = q * accel;
+      Write(&file, accel);
+      Write(&file, table.gyro * (body * imu.gyro));
+      if (table.inverse) q = q.conjugate();
+      if (!table.angle.isZero()) {
         const Eigen::Matrix3d m = q.toRotationMatrix();
-        Write(&file,
-              table.angle * Eigen::Vector3d(std::atan2(m(2, 1), m(2, 2)), -std::asin(m(2, 0)),
-                                            std::atan2(m(1, 0), m(0, 0))));
+        Eigen::Vector3d angles(std::atan2(m(2, 1), m(2, 2)), -std::asin(m(2, 0)),
+                               std::atan2(m(1, 0), m(0, 0)) + table.yaw);
+        if (table.turned_xyz) {
+          angles << std::atan2(-m(1, 2), m(2, 2)), std::asin(m(0, 2)),
+              std::atan2(-m(0, 1), m(0, 0));
+        }
+        Write(&file, table.angle.cwiseProduct(angles));
       } else {
         const std::array<double, 4> parts = {q.w(), q.x(), q.y(), q.z()};
         for (const int part : table.order) {
           file << fmt::format(",{:.9f}", parts[static_cast<std::size_t>(part)]);
         }
       }
-      Write(&file, table.place * log.mocap[k].p_E);
+      Write(&file, table.place * (earth * log.mocap[k].p_E));
       file << "\n";
     }
     file.close();
@@ -64,10 +82,11 @@ class SettleProposalTest : public testing::Test {
   }
   // Turn rates, attitudes and places are those of the flight.
   void ExpectFlight(const Table& table) {
-    const FlightLog& good = Gentle();
+    const FlightLog& good = Flight(table.flight);
     const FlightLog log = Read(table);
     ASSERT_GT(log.imu.size(), 1000U);
     EXPECT_LT((log.imu[500].gyro - good.imu[2000].gyro).norm(), 1e-4);
+    EXPECT_LT((log.imu[500].accel - good.imu[2000].accel).norm(), 1e-2);
     ASSERT_EQ(log.attitude.size(), log.imu.size());
     EXPECT_LT(log.attitude[500].q_Ep_I.angularDistance(good.attitude[2000].q_Ep_I), 1e-3);
     const auto place = [](const FlightLog& of) {
@@ -96,7 +115,7 @@ TEST_F(SettleProposalTest, WhatTheNamesSayIsLeftWhereTheLogAgrees) {
 }
 
 TEST_F(SettleProposalTest, TurnRatesMayBeInDegreesOrThousandths) {
-  ExpectFlight({.gyro = 180.0 / M_PI});
+  ExpectFlight({.gyro = kDeg});
   ExpectFlight({.gyro = 1000.0});
   EXPECT_THAT(warnings_, Contains(HasSubstr("as the log shows")));
 }
@@ -114,15 +133,39 @@ TEST_F(SettleProposalTest, NumberedQuaternionsMayHaveTheScalarLast) {
 TEST_F(SettleProposalTest, QuaternionsMayBeFromEarthToBody) { ExpectFlight({.inverse = true}); }
 
 TEST_F(SettleProposalTest, AnglesInDegreesAreToldByRollAndPitchToo) {
-  ExpectFlight({.attitude = "roll,pitch,yaw", .angle = 1.0});
-  ExpectFlight({.attitude = "roll,pitch,yaw", .angle = 180.0 / M_PI});
+  ExpectFlight({.attitude = "roll,pitch,yaw", .angle = {1, 1, 1}});
+  ExpectFlight({.attitude = "roll,pitch,yaw", .angle = {kDeg, kDeg, kDeg}});
+}
+
+TEST_F(SettleProposalTest, AnglesMayHaveSignsUnitsAndAnOrderOfTheirOwn) {
+  const Table table{.attitude = "roll,pitch,yaw", .flight = "hippodrome"};
+  for (const Eigen::Vector3d& angle : std::vector<Eigen::Vector3d>{
+           {1, -1, 1}, {-kDeg, kDeg, kDeg}, {1, 1, kDeg}, {kDeg, kDeg, 1}}) {
+    Table other = table;
+    other.angle = angle;
+    ExpectFlight(other);
+    EXPECT_THAT(warnings_, Contains(HasSubstr("the angles of"))) << angle.transpose();
+  }
+  Table enu = table, xyz = table;
+  enu.angle = {1, 1, -1};
+  enu.yaw = -M_PI / 2;
+  ExpectFlight(enu);
+  xyz.angle = {1, 1, 1};
+  xyz.turned_xyz = true;
+  ExpectFlight(xyz);
+}
+
+TEST_F(SettleProposalTest, AccelerationsMayBeOfTheEarthAndWithoutGravity) {
+  for (const bool up : {false, true}) {
+    ExpectFlight({.in_earth = true, .up = up, .flight = "hippodrome"});
+    ExpectFlight({.no_gravity = true, .up = up, .flight = "hippodrome"});
+    EXPECT_THAT(warnings_, Contains(HasSubstr("without gravity")));
+  }
 }
 
 TEST_F(SettleProposalTest, SeveralGuessesMayBeWrongAtOnce) {
-  ExpectFlight({.attitude = "q[0],q[1],q[2],q[3]",
-                .order = {1, 2, 3, 0},
-                .gyro = 180.0 / M_PI,
-                .place = 100.0});
+  ExpectFlight(
+      {.attitude = "q[0],q[1],q[2],q[3]", .order = {1, 2, 3, 0}, .gyro = kDeg, .place = 100.0});
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 
 #include "problems/common/error.h"
@@ -51,14 +52,19 @@ std::vector<std::string> Split(std::string_view line, const CsvSeparators& separ
   return {texts.begin(), texts.end()};
 }
 
-std::size_t CountValues(const std::vector<std::string>& texts) {
-  return static_cast<std::size_t>(std::count_if(texts.begin(), texts.end(), IsValue));
+bool IsNumber(const std::string& text) {
+  double value = 0.0;
+  return ParseNumber(text, &value);
+}
+
+std::size_t Count(const std::vector<std::string>& texts, bool (*is)(const std::string&)) {
+  return static_cast<std::size_t>(std::count_if(texts.begin(), texts.end(), is));
 }
 
 // Whether a line names the columns of a row: it has text where the row has values, or hardly a
 // value. A row may hold text, too.
 bool AreNames(const std::vector<std::string>& texts, const std::vector<std::string>& row) {
-  const std::size_t values = CountValues(texts);
+  const std::size_t values = Count(texts, IsValue);
   bool names = false, any_text = false;
   for (std::size_t i = 0; i < texts.size(); ++i) {
     const bool is_text = !texts[i].empty() && !IsValue(texts[i]);
@@ -78,23 +84,15 @@ char DelimiterOf(std::string_view line) {
   return count(best) > 0 ? best : ' ';
 }
 
-std::size_t CountNumbers(const std::vector<std::string>& texts) {
-  double value = 0.0;
-  const auto count = std::count_if(texts.begin(), texts.end(), [&value](const std::string& text) {
-    return ParseNumber(text, &value);
-  });
-  return static_cast<std::size_t>(count);
-}
-
 // Commas are decimal where most fields are numbers once they are points, and fewer before.
 CsvSeparators SeparatorsOf(std::string_view line) {
   for (const char delimiter : {';', '\t', '|'}) {
     if (line.find(delimiter) == std::string_view::npos) continue;
     const CsvSeparators separators{delimiter, true};
     const std::vector<std::string> with_points = Split(line, separators);
-    const std::size_t numbers = CountNumbers(with_points);
+    const std::size_t numbers = Count(with_points, IsNumber);
     const bool are_most = 2 * numbers > with_points.size();
-    if (are_most && CountNumbers(Split(line, {delimiter, false})) < numbers) return separators;
+    if (are_most && Count(Split(line, {delimiter, false}), IsNumber) < numbers) return separators;
   }
   return {DelimiterOf(line), false};
 }
@@ -199,7 +197,7 @@ const std::string& RowOf(const std::vector<std::string>& lines) {
   if (lines.size() < 4) return lines.back();
   const auto middle = lines.begin() + static_cast<std::ptrdiff_t>(lines.size() / 2);
   const auto row = std::find_if(middle, lines.end(), [](const std::string& line) {
-    return !line.starts_with('#') && CountNumbers(Split(line, SeparatorsOf(line))) > 0;
+    return !line.starts_with('#') && Count(Split(line, SeparatorsOf(line)), IsNumber) > 0;
   });
   return row == lines.end() ? *middle : *row;
 }
@@ -244,16 +242,41 @@ Head HeadOf(const std::vector<std::string>& lines, const std::vector<std::string
     std::vector<std::string> line = Split(lines[i], {separators.delimiter, false});
     if (line.size() != row.size()) continue;
     if (!AreNames(line, row)) {
-      if (CountValues(line) < CountValues(row)) continue;  // numbers of bodies, or a row with gaps
+      // Numbers of bodies, or a row with gaps.
+      if (Count(line, IsValue) < Count(row, IsValue)) continue;
       break;
     }
     texts.push_back(std::move(line));
     places.push_back(i);
   }
   if (texts.empty()) return {};
-  const auto unique = std::find_if(texts.begin(), texts.end(), AreUnique);
-  if (unique != texts.end()) return {places[static_cast<std::size_t>(unique - texts.begin())]};
+  // Of a tracker's file a line above may name the body alone.
+  const auto rank = [](const std::vector<std::string>& line) {
+    return AreUnique(line) ? std::count(line.begin(), line.end(), "") : 1L << 30;
+  };
+  const auto unique = std::min_element(
+      texts.begin(), texts.end(), [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+  if (AreUnique(*unique)) return {places[static_cast<std::size_t>(unique - texts.begin())]};
   return {places.back(), texts.size() > 1 ? Joined(texts) : std::vector<std::string>()};
+}
+
+// Frames a second by the lines of a head: "FREQUENCY 100", "Capture rate,120", or a number alone as
+// Vicon has it. 0 for none.
+double RateStatedIn(std::vector<std::string> head) {
+  double rate = 0.0;
+  for (std::string& line : head) {
+    std::replace_if(
+        line.begin(), line.end(), [](char c) { return std::strchr(",;:=\t", c); }, ' ');
+    const std::vector<std::string> words = Split(line, {' ', false});
+    const std::string name = words.empty() ? "" : LowerCase(line) + " ";
+    const bool says = name.find("rate ") != std::string::npos || name.starts_with("frequency ");
+    double number = 0.0;
+    if ((says || words.size() == 1) && ParseNumber(words.back(), &number) && number > 1.0) {
+      rate = number;
+    }
+    if (says && rate > 0.0) break;
+  }
+  return rate;
 }
 
 }  // namespace
@@ -273,7 +296,9 @@ CsvLayout GuessCsvLayout(const std::filesystem::path& path) {
   const std::vector<std::string> row = Split(typical, layout.separators);
   const Head head = HeadOf(lines, row, layout.separators);
   layout.skip_lines = start.numbers[head.names] - 1;
-  lines.erase(lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(head.names));
+  const auto names = lines.begin() + static_cast<std::ptrdiff_t>(head.names);
+  const double rate = RateStatedIn({lines.begin(), names});
+  lines.erase(lines.begin(), names);
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 1; i < lines.size(); ++i) rows.push_back(Split(lines[i], layout.separators));
   auto first = Split(lines.front(), layout.separators);
@@ -302,6 +327,15 @@ CsvLayout GuessCsvLayout(const std::filesystem::path& path) {
   std::vector<std::size_t> all(layout.columns.size());
   std::iota(all.begin(), all.end(), 0);
   layout.time = FindTimeColumns(layout, all, rows, true, &layout.time_problem);
+  const auto frame =
+      std::find_if(layout.columns.begin(), layout.columns.end(),
+                   [](const std::string& name) { return LowerCase(name).starts_with("frame"); });
+  if (rate > 0.0 && frame != layout.columns.end() && !(layout.time && layout.time->is_named)) {
+    layout.time = TimeColumns{static_cast<std::size_t>(frame - layout.columns.begin())};
+    layout.time->frame = 1.0 / rate;
+    layout.time->is_named = layout.time->is_stated = true;
+    layout.time_problem.clear();
+  }
   return layout;
 }
 

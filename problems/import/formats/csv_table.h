@@ -11,12 +11,15 @@
 
 namespace trueline {
 
+inline constexpr int kTicksExponent = 2;  // of .NET; from the year 1 on, as ParseTime() knows
+
 // Where a row's time stands.
 struct TimeColumns {
   std::size_t column = 0;
   int exponent = 9;                          // of its unit, for ParseTime(): 9 for s, 6 for ms, ...
   std::optional<std::size_t> nanoseconds{};  // in a column of their own, beside seconds
   double step = 0.0;                         // median from row to row, in its unit
+  double frame = 0.0;                        // s, of a count of frames from 1 on; 0: it is a time
   bool is_named = false, is_stated = false;  // by its name; its unit, too
 
   // False, and `time` as it was, where a row has none.

@@ -243,7 +243,8 @@ Table MakeTable(const std::string& file) {
     }
     table.channels[found->second].columns.push_back({i, placed.field, unit});
   }
-  std::optional<TimeColumns> common;
+  std::optional<TimeColumns> common = table.layout.time;
+  if (common && common->frame == 0.0) common.reset();
   for (TableChannel& channel : table.channels) {
     std::vector<std::size_t> own;
     for (const TableColumn& column : channel.columns) own.push_back(column.index);

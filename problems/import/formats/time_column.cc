@@ -34,7 +34,7 @@ int TimeScore(const std::string& column) {
   const bool is_t = last.starts_with('t') &&
                     (last.size() == 1 || std::isalpha(static_cast<unsigned char>(last[1])) == 0);
   int score = is_t ? 30 : 0;
-  for (const char* word : {"time", "stamp"}) {
+  for (const char* word : {"time", "stamp", "zeit", "temps", "tiempo", "tempo"}) {
     if (last.starts_with(word) || last.ends_with(word)) score = 30;
   }
   for (const char* end : {"time_s", "time_ms", "time_us", "time_ns", "timeus", "timems"}) {
@@ -117,8 +117,14 @@ double MedianRise(const std::vector<double>& values) {
   return steps.empty() ? 0.0 : UpperMedian(steps);
 }
 
+// Of .NET: 100 ns since the year 1. As nanoseconds since 1970 they would end in 1992.
+bool AreTicks(double size) { return size > 6.2e17 && size < 7e17; }
+
 // A stamp since 1970 in a unit whose name is not known, by its size.
-int ExponentBySize(double size) { return size > 1e17 ? 0 : size > 1e14 ? 3 : size > 1e11 ? 6 : 9; }
+int ExponentBySize(double size) {
+  if (AreTicks(size)) return kTicksExponent;
+  return size > 1e17 ? 0 : size > 1e14 ? 3 : size > 1e11 ? 6 : 9;
+}
 
 // Whether rows at such a step are those of a log.
 bool IsStepOfLog(double step, int exponent) {
@@ -235,7 +241,13 @@ std::string WhyUnread(const CsvLayout& layout, std::size_t column,
 
 bool TimeColumns::Read(const std::vector<std::string_view>& texts, TimeNs* time) const {
   TimeNs read = 0, part = 0;
+  double count = 0.0;
   if (column >= texts.size()) return false;
+  if (frame > 0.0) {
+    const bool is_number = ParseNumber(texts[column], &count);
+    if (is_number) *time = FromSeconds((count - 1.0) * frame);
+    return is_number;
+  }
   if (!ParseTime(texts[column], exponent, &read) && !ParseDateTime(texts[column], &read)) {
     return false;
   }
@@ -276,7 +288,8 @@ std::optional<TimeColumns> FindTimeColumns(const CsvLayout& layout,
   best->step = MedianRise(values);
   best->nanoseconds = NanosecondsBeside(layout, best->column);
   const std::string unit = layout.units.empty() ? "" : LowerCase(layout.units[best->column]);
-  const auto stated = best->nanoseconds ? 9 : StatedExponent(layout.columns[best->column], unit);
+  auto stated = best->nanoseconds ? 9 : StatedExponent(layout.columns[best->column], unit);
+  if (AreTicks(values.front())) stated = kTicksExponent;
   if (stated && *stated == kUnreadUnit) {
     if (problem != nullptr) {
       *problem = fmt::format("the unit of time of column '{}' is not read; give s, ms, us or ns",
