@@ -60,6 +60,10 @@ LinearEstimate EstimateOf(const Projected& projected) {
   return estimate;
 }
 
+double FreeClusters(const Matrix& information, int size) {
+  return std::max(1.0, static_cast<double>(information.rows() - size));
+}
+
 // Information by cluster about each of the tested columns.
 Matrix ClusterInformation(const Linearisation& fit, const Projected& projected,
                           const Indices& nuisances, const Indices& tested) {
@@ -120,7 +124,8 @@ double ScoreTest::Sharing(const Vector& size) const {
 }
 
 double ScoreTest::DegreesOfFreedom(const Vector& size) const {
-  return std::max(1.0, Sharing(size) - static_cast<double>(size.size()));
+  constexpr double kOfPrior = 2.0;
+  return kOfPrior + std::max(0.0, Sharing(size) - static_cast<double>(size.size()));
 }
 
 void ScoreTest::Judge(const Vector& whole_value) {
@@ -134,7 +139,7 @@ void ScoreTest::Judge(const Vector& whole_value) {
     return;
   }
   p_model = ChiSquareTail(chi2, size);
-  p_cluster = FTail(chi2_cluster / size, size, DegreesOfFreedom(whole_value));
+  p_cluster = FTail(chi2_cluster / size, size, FreeClusters(information, size));
 }
 
 void ScoreTest::LimitTo(double most) {
@@ -190,18 +195,15 @@ ScoreTest TestFound(const Linearisation& fit, const std::vector<Found>& found, s
 Vector DetectableSize(const ScoreTest& test, double alpha, const Matrix& error) {
   const int size = static_cast<int>(test.value.size());
   const double by_model = NonCentralityFor(ChiSquareCritical(alpha, size), size, 0.95);
-  Vector by_cluster(size);
-  for (int i = 0; i < size; ++i) {
-    const double dof = test.DegreesOfFreedom(Vector::Unit(size, i));
-    by_cluster[i] = NonCentralityFor(size * FCritical(alpha, size, dof), size, 0.95);
-  }
+  const double by_cluster = NonCentralityFor(
+      size * FCritical(alpha, size, FreeClusters(test.information, size)), size, 0.95);
   // One parameter at a time, the effect's others at zero: v^2 / model is the non-centrality.
   const auto variance = [&](Matrix cov) -> Vector {
     if (error.size() > 0) cov += error;
     return cov.inverse().diagonal().cwiseInverse();
   };
   const Vector model = variance(test.cov_model), cluster = variance(test.cov_cluster);
-  return (by_model * model).cwiseMax(by_cluster.cwiseProduct(cluster)).cwiseSqrt();
+  return (by_model * model).cwiseMax(by_cluster * cluster).cwiseSqrt();
 }
 
 }  // namespace trueline

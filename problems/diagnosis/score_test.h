@@ -46,9 +46,10 @@ struct ScoreTest {
   // Judges this value instead of the step.
   void Judge(const Eigen::VectorXd& whole_value);
   // How many clusters share the information about an effect of this size; infinite where there are
-  // no clusters. Their scatter has as many degrees of freedom, less those of the effect (Bell and
-  // McCaffrey 2002).
+  // no clusters.
   double Sharing(const Eigen::VectorXd& size) const;
+  // Of the scatter between the clusters that share it (Bell and McCaffrey 2002), and two of a
+  // prior: a scatter of several times that of the noise model is rare.
   double DegreesOfFreedom(const Eigen::VectorXd& size) const;
   // Limits the noise model's chi-square to `gain`, twice the increase of the log likelihood.
   void LimitTo(double gain);

@@ -196,7 +196,7 @@ TEST(ScoreTest, FewClustersThatShareTheInformationShowLess) {
   const double many = FlightEvidenceOf(test, prior);
   test.information.topRows(300) *= 1e-6;
   EXPECT_NEAR(test.Sharing(test.value), 3.0, 0.01);
-  EXPECT_LT(FlightEvidenceOf(test, prior), many - 4.0);
+  EXPECT_LT(FlightEvidenceOf(test, prior), many - 3.0);
 }
 
 TEST(PriorEvidence, CountsEffectsAndTheirPlaces) {
