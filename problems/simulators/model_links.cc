@@ -39,6 +39,15 @@ Pose PoseFrom(const std::array<double, 6>& p) {
 // <pose> of SDF, or <origin xyz rpy> of URDF, in an element.
 Pose PoseIn(const ParameterFile& file, const FileNode* element, bool urdf) {
   std::array<double, 6> p{};
+  const FileNode* pose = urdf ? nullptr : element->Child("pose");
+  for (const FileNode& said : pose != nullptr ? pose->children : std::vector<FileNode>()) {
+    const bool usual = said.text.empty() || said.text == "__model__" || said.text == "false" ||
+                       said.text == "euler_rpy";
+    if (usual) continue;
+    throw ErrorAt(file.path().string(), said.place.line,
+                  "pose " + said.name.substr(1) + "='" + said.text +
+                      "': poses are read in the model's frame and in radians only; write it so");
+  }
   for (int i = 0; i < 6; ++i) {
     const std::string part = i < 3 ? "origin/@xyz/" : "origin/@rpy/";
     const std::string where = urdf ? part + std::to_string(i % 3) : "pose/" + std::to_string(i);

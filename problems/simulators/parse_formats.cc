@@ -13,12 +13,37 @@
 namespace trueline {
 namespace {
 
+// Past an anchor, a tag and a quote, which stand before a scalar.
+std::size_t BeginOfScalar(const std::string& source, std::size_t at) {
+  while (at < source.size() && (source[at] == '&' || source[at] == '!')) {
+    at = std::min(source.find_first_of(" \t\n", at), source.size());
+    at = std::min(source.find_first_not_of(" \t\n", at), source.size());
+  }
+  return at < source.size() && (source[at] == '"' || source[at] == '\'') ? at + 1 : at;
+}
+
 FileNode YamlTree(const YAML::Node& node, const std::string& name, const std::string& source) {
   FileNode tree{name, "", {}};
   tree.place.line = node.Mark().line + 1;
   if (node.IsMap()) {
+    FileNode merged;  // what "<<: *anchor" adds, beside what stands here itself
     for (const auto& entry : node) {
-      tree.children.push_back(YamlTree(entry.second, entry.first.Scalar(), source));
+      const std::string key = entry.first.Scalar();
+      FileNode child = YamlTree(entry.second, key, source);
+      if (key == "<<") {
+        const bool list = entry.second.IsSequence();
+        for (FileNode& from : list ? child.children : std::vector<FileNode>{child}) {
+          merged.children.insert(merged.children.end(), from.children.begin(), from.children.end());
+        }
+        continue;
+      }
+      if (tree.Child(key) != nullptr) {
+        throw YAML::Exception(entry.first.Mark(), "'" + key + "' is stated twice");
+      }
+      tree.children.push_back(std::move(child));
+    }
+    for (FileNode& child : merged.children) {
+      if (tree.Child(child.name) == nullptr) tree.children.push_back(std::move(child));
     }
   } else if (node.IsSequence()) {
     for (std::size_t i = 0; i < node.size(); ++i) {
@@ -27,7 +52,7 @@ FileNode YamlTree(const YAML::Node& node, const std::string& name, const std::st
   } else if (node.IsScalar()) {
     tree.text = node.Scalar();
     const auto at = static_cast<std::size_t>(std::max(0, node.Mark().pos));
-    const std::size_t begin = std::min(at, source.size());
+    const std::size_t begin = BeginOfScalar(source, std::min(at, source.size()));
     tree.place.begin = tree.place.end = begin;
     if (source.compare(begin, tree.text.size(), tree.text) == 0) {
       tree.place.end = begin + tree.text.size();
@@ -66,14 +91,17 @@ FileNode XmlTree(const pugi::xml_node& node, const std::string& text) {
   }
   for (const pugi::xml_node& child : node.children()) {
     if (child.type() == pugi::node_element) tree.children.push_back(XmlTree(child, text));
-    if (child.type() != pugi::node_pcdata || !tree.text.empty()) continue;
+    const bool text_node = child.type() == pugi::node_pcdata || child.type() == pugi::node_cdata;
+    if (!text_node || !tree.text.empty()) continue;
     tree.text = child.value();
     const auto at = static_cast<std::size_t>(child.offset_debug());
     const std::size_t first = tree.text.find_first_not_of(" \t\r\n");
     const std::size_t last = tree.text.find_last_not_of(" \t\r\n");
     tree.text = first == std::string::npos ? "" : tree.text.substr(first, last + 1 - first);
     tree.place.begin = at + (first == std::string::npos ? 0 : first);
-    tree.place.end = tree.place.begin + tree.text.size();
+    // Where entities stand for characters, the bytes are others: it is read only.
+    const bool same = text.compare(tree.place.begin, tree.text.size(), tree.text) == 0;
+    tree.place.end = tree.place.begin + (same ? tree.text.size() : 0);
     tree.place.line = LineOfByte(text, tree.place.begin);
   }
   return tree;
@@ -127,7 +155,10 @@ FileNode ParsePx4File(const std::filesystem::path& /*path*/, const std::string& 
     };
     const bool set = words.size() >= 4 && word(0) == "param" && word(1).starts_with("set");
     const bool listed = words.size() == 5 && std::isdigit(text[words[0].begin]) != 0;
-    if (set || listed) root.children.push_back({word(2), word(3), words[3]});
+    if (set || listed) {
+      std::erase_if(root.children, [&](const FileNode& n) { return n.name == word(2); });
+      root.children.push_back({word(2), word(3), words[3]});  // the last counts
+    }
     begin = end + 1;
   }
   return root;

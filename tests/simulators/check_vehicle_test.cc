@@ -47,6 +47,27 @@ TEST(ParameterFile, FindsNumbersWithTheirBytes) {
   ExpectPlace(Parsed("a.params", "# x\n1\t1\tSIH_MASS\t1.5\t9\n"), "SIH_MASS", "1.5", 2);
 }
 
+// What is legal and rare: anchors, merged maps, quotes, CDATA, entities, a parameter set twice.
+TEST(ParameterFile, ReadsWhatIsRareButLegal) {
+  const std::string yaml =
+      "base: &base {m: 1.5, k: 2.0}\r\nown:\r\n  <<: *base\r\n  k: &k !!float 3.0\r\n  q: "
+      "'4.0'\r\n";
+  ExpectPlace(Parsed("a.yaml", yaml), "own/m", "1.5", 1);
+  ExpectPlace(Parsed("a.yaml", yaml), "own/k", "3.0", 4);
+  ExpectPlace(Parsed("a.yaml", yaml), "own/q", "4.0", 5);
+  EXPECT_THAT(ErrorOf([] { Parsed("a.yaml", "a: 1\na: 2\n"); }), HasSubstr("'a' is stated twice"));
+  const std::string xml = "<r>\n<m><![CDATA[1.5]]></m><n>&#49;.5</n><o>1<!-- kg --></o></r>";
+  const ParameterFile file = Parsed("a.sdf", xml);
+  ExpectPlace(file, "r/m", "1.5", 2);
+  EXPECT_DOUBLE_EQ(file.NumberOf(*file.Find("r/n")), 1.5);
+  EXPECT_EQ(file.PlainNumber(*file.Find("r/n")), nullptr) << "its bytes are others";
+  ExpectPlace(file, "r/o", "1", 2);
+  ExpectPlace(Parsed("10040", "param set SIH_MASS 1\r\nparam set SIH_MASS 2\r\n"), "SIH_MASS", "2",
+              2);
+  const std::string toml = "cf.mass = 0.03\r\ncf.rpm2thrust = [0, 0, 2.5e-10]\r\n";
+  ExpectPlace(Parsed("a.toml", toml), "cf/rpm2thrust/2", "2.5e-10", 2);
+}
+
 TEST(ParameterFile, ReadsProgramCode) {
   const std::string python =
       "# mass = 7\n\"\"\"mass = 8\"\"\"\nX = Cfg(\n  mass=1.5,  # kg\n  rows=[[1.0, -2e-3], "
@@ -283,6 +304,14 @@ TEST_F(FileChecks, AModelWithoutMassIsNoVehicle) {
   const Audit audit = model("<inertial><mass>0</mass></inertial>");
   ASSERT_EQ(audit.contradicted.size(), 1U);
   EXPECT_EQ(audit.contradicted[0].text, "must be positive");
+}
+
+TEST_F(FileChecks, RefuseAPoseInAnotherFrame) {
+  path_ = folder_ / "frames.sdf";
+  std::ofstream(path_) << "<sdf><model><link name='a'>\n<pose relative_to='b'>1 0 0 0 0 0</pose>"
+                          "<inertial><mass>1</mass></inertial></link></model></sdf>";
+  EXPECT_THAT(ErrorOf([&] { ReadVehicleFiles({path_.string()}); }),
+              testing::AllOf(HasSubstr("frames.sdf:2"), HasSubstr("relative_to='b'")));
 }
 
 TEST_F(FileChecks, NameAnArmThatIsNotThatOfTheRotors) {
