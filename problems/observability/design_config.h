@@ -15,8 +15,8 @@ namespace trueline {
 // `criterion: gramian`: sigma_min of the scaled Gramian (Boehm et al. 2020, eq. 5).
 struct GramianCriterion {
   RotorDrivenSystem system;
-  DesignTarget target;       // scale is filled in by RunDesignTask
-  ColumnScaleOptions scale;  // kind and number of flights alone
+  DesignTarget target;            // scale is filled in by RunDesignTask
+  ColumnScaleOptions scale = {};  // kind and number of flights alone
 };
 
 struct DesignTask {

@@ -25,8 +25,7 @@ enum class Turning {
 RankReport ImuDrivenRank(const ImuDrivenSystem& system, const std::vector<int>& states,
                          Turning turning, std::uint64_t seed = 0);
 
-// The exact observability of the rotor-driven model (Boehm et al. 2020, table I).
-
+// The exact observability of the rotor-driven model (Boehm et al. 2020, table I), by its motion.
 enum class Motion {
   kVarying,   // any state, inputs that vary
   kConstant,  // any state, constant inputs

@@ -182,8 +182,6 @@ Ranking RankByE2log(const RankingInputs& inputs,
   return Ranker(inputs, progress).Run();
 }
 
-// RankingYaml and RankingTable.
-
 namespace {
 
 std::string RankText(double value) { return Rounded(value, 4); }

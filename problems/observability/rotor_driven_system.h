@@ -198,8 +198,6 @@ class RotorSumsSystem {
   const RotorDrivenSystem& system_;
 };
 
-// Sensors of the rotor-driven model, from YAML (config/observe/, config/design/).
-
 // Rates [Hz] and sigmas of one sample; every key has a default (those of Wuest et al.).
 void Serialize(YamlArchive* a, SensorSet* s);
 // Names out of imu, position, pose.

@@ -27,8 +27,6 @@ struct DesignOutcome {
 DesignOutcome RunDesignTask(const DesignTask& task,
                             const std::function<void(const std::string&)>& progress);
 
-// Files and table of a design.
-
 // trajectory.yaml, trajectory.csv and score.yaml in `directory`.
 void WriteDesign(const DesignTask& task, const DesignOutcome& outcome,
                  const std::filesystem::path& directory);

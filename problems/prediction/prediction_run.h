@@ -10,10 +10,9 @@
 
 namespace trueline {
 
-// Named columns of a CSV file, plain or compressed by gzip.
-
-// A row for each line after the header, a column for each name; further columns are ignored. Throws
-// InputError naming file, line and column for a file that is missing, cut off or lacks a number.
+// Named columns of a CSV file, plain or compressed by gzip: a row for each line after the header, a
+// column for each name; further columns are ignored. Throws InputError naming file, line and column
+// for a file that is missing, cut off or lacks a number.
 Eigen::MatrixXd ReadColumns(const std::filesystem::path& file,
                             const std::vector<std::string>& names);
 

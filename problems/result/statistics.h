@@ -52,8 +52,6 @@ std::optional<Interval> BootstrapInterval(
     const std::vector<std::vector<double>>& flights,
     const std::function<double(const std::vector<double>&)>& statistic);
 
-// Probabilities of the distributions that tests need, by Boost.Math.
-
 // P(X > x) of chi-square with `dof` degrees of freedom.
 double ChiSquareTail(double x, double dof);
 

@@ -56,14 +56,13 @@ void LowPassGyro(double cutoff, std::vector<ImuSample>* imu);
 // Stamps the samples this much (s) after they were taken.
 void StampLater(double delay, std::vector<ChannelsSample>* samples);
 
-// The camera that detects gates, and the conversion of detections to position fixes.
-
 // A stretch of flight during which one gate is in view.
 struct GateView {
   int gate;           // index into the map
   double start, end;  // s
 };
 
+// Detects gates and converts detections to position fixes.
 class GateCamera {
  public:
   GateCamera(const DetectorConfig& config, const std::vector<Gate>& map, const Stages& stages,

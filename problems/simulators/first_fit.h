@@ -31,9 +31,7 @@ struct RotorOrder {
 };
 RotorOrder OrderByFlight(const FlightLog& log, const NeutralVehicle& vehicle);
 
-// The motors of a flight that logs both their commands and their speeds.
-
-// Speeds follow slope u + offset with a lag of first order.
+// Motors whose speeds follow slope u + offset with a lag of first order.
 struct MotorResponse {
   double lag, lag_sigma;                // s
   double full_speed, full_speed_sigma;  // rad/s, at u = 1

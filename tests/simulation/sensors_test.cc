@@ -138,7 +138,7 @@ TEST(Sensors, ComplementaryFilterErrsByItsGainTimesVelocity) {
 }
 
 TEST(Noise, OrnsteinUhlenbeckHasItsSizeAndMemory) {
-  simulation::OrnsteinUhlenbeck process(Vector3d(0.5, 0.5, 0.5), 0.8, 1, "test");
+  OrnsteinUhlenbeck process(Vector3d(0.5, 0.5, 0.5), 0.8, 1, "test");
   double variance = 0.0, product = 0.0;
   double before = process.value().x();
   constexpr int kSteps = 200000;
