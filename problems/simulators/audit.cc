@@ -19,47 +19,27 @@ namespace {
 
 constexpr double kShapeSigma = 0.1;  // relative, of I_z by I_x and I_y of a quadrotor
 
-// What the file states, by the names that flights are compared by.
-class StatedByFile {
- public:
-  StatedByFile(const VehicleFile& file, const NeutralVehicle& flight)
-      : file_(file), flight_(flight) {}
-
-  // None where the file does not state it. `at` becomes the place.
-  std::optional<double> Get(const std::string& parameter, const Reading** at) const {
-    const NeutralVehicle& v = file_.vehicle;
-    *at = file_.Find(parameter);
-    if (parameter == "k_m/k_f") {
-      *at = file_.Find("k_m");
-      if (*at == nullptr) return std::nullopt;
-      return v.Get("k_m") / v.Get("k_f");
-    }
-    if (parameter == "k_f") {
-      if (file_.target->by_thrust || *at == nullptr) return std::nullopt;
-      return v.Get("k_f");
-    }
-    if (parameter == "full_speed" && file_.target->by_thrust) return std::nullopt;
-    if (parameter == "K_x" || parameter == "K_y") return Drag("rotor_speed_drag", at);
-    if (parameter == "K_z") return Drag("rotor_inflow", at);
-    if (parameter.starts_with("r_BM")) return v.Get(parameter);  // 0 where rotors count from it
-    if (*at == nullptr) return std::nullopt;
+// What the file states, by the names that flights are compared by; `at` becomes the place. None
+// where it does not state it.
+std::optional<double> StatedBy(const VehicleFile& file, const NeutralVehicle& flight,
+                               const std::string& parameter, const Reading** at) {
+  const NeutralVehicle& v = file.vehicle;
+  *at = file.Find(parameter == "k_m/k_f" ? "k_m" : parameter);
+  if (parameter[0] == 'K') {  // linear drag, or what acts as it in hover
+    const Reading* rotors = file.Find(parameter == "K_z" ? "rotor_inflow" : "rotor_speed_drag");
+    double drag = *at != nullptr ? (*at)->Beside(flight) : 0.0;
+    if (rotors != nullptr) drag -= rotors->Beside(flight) * flight.Get("S_h");
+    if (*at == nullptr) *at = rotors;
+    return *at != nullptr ? std::optional(drag) : std::nullopt;
+  }
+  // 0 where rotors count from it; levers alone state no centre.
+  if (parameter.starts_with("r_BM") && (*at != nullptr || file.Find("x") != nullptr)) {
     return v.Get(parameter);
   }
-
- private:
-  // Linear drag, or what acts as it in hover.
-  std::optional<double> Drag(const std::string& by_rotors, const Reading** at) const {
-    const Reading* rotors = file_.Find(by_rotors);
-    if (*at == nullptr && rotors == nullptr) return std::nullopt;
-    double drag = *at != nullptr ? (*at)->Beside(flight_) : 0.0;
-    if (rotors != nullptr) drag -= rotors->Beside(flight_) * flight_.Get("S_h");
-    if (*at == nullptr) *at = rotors;
-    return drag;
-  }
-
-  const VehicleFile& file_;
-  const NeutralVehicle& flight_;
-};
+  const bool by_speed = parameter == "k_f" || parameter == "full_speed";
+  if (*at == nullptr || (by_speed && file.target->by_thrust)) return std::nullopt;
+  return parameter == "k_m/k_f" ? v.Get("k_m") / v.Get("k_f") : v.Get(parameter);
+}
 
 // k_m / I_z: which of the two is wrong. A flight shows their ratio only.
 struct YawBlame {
@@ -149,6 +129,23 @@ void JudgeHeight(const FlightJudge& judge, const VehicleFile& file, const Neutra
   judge.Compare("r_BM_z", stated, height, &file, file.Find("r_BM_z"));
 }
 
+// A flight shows k_f times the arm over the moments of inertia about x and y. True where both are
+// wrong by one factor, so that the arm may be.
+bool ConfuseWithArm(Audit* audit) {
+  constexpr double kAlike = 0.1;  // relative
+  std::vector<Contradicted*> both;
+  for (Contradicted& c : audit->contradicted) {
+    if (c.parameter == "I_x" || c.parameter == "I_y") both.push_back(&c);
+  }
+  const auto ratio = [&](std::size_t i) { return both[i]->file_value / *both[i]->flight_value; };
+  if (both.size() < 2 || std::abs(ratio(0) / ratio(1) - 1.0) > kAlike) return false;
+  for (Contradicted* c : both) {
+    c->confused_with = {"arm"};
+    c->text += "; or the arm by the inverse: state the places of the rotors in log.yaml";
+  }
+  return true;
+}
+
 std::vector<FlightEstimate> Estimates(const std::vector<FlightLog>& logs,
                                       const NeutralVehicle& start, Audit* audit) {
   std::vector<FlightEstimate> flights;
@@ -180,9 +177,26 @@ bool CompareWithLog(const std::string& parameter, double in_file, double stated,
   return true;
 }
 
+// m, mean distance of the rotors from their middle.
+double ArmOf(const std::vector<Rotor>& rotors) {
+  const auto count = static_cast<double>(rotors.size());
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  double arm = 0.0;
+  for (const Rotor& rotor : rotors) middle += rotor.position / count;
+  for (const Rotor& rotor : rotors) arm += (rotor.position - middle).head<2>().norm() / count;
+  return arm;
+}
+
+void AddSpin(const VehicleFile* file, double spin, const std::string& text, Audit* audit) {
+  Contradicted entry;
+  entry.parameter = "spin", entry.file_value = spin, entry.text = text;
+  if (file != nullptr) Place(*file, file->Find("spin"), &entry);
+  audit->contradicted.push_back(entry);
+}
+
 // Rotors that turn the other way in log.yaml; `start` gets its spins. `order`: of the file's rotors
 // in the log.
-void CompareSpins(const VehicleFile& file, const FlightLog& log, const std::vector<int>& order,
+void CompareSpins(const VehicleFile* file, const FlightLog& log, const std::vector<int>& order,
                   NeutralVehicle* start, Audit* audit) {
   std::string others;
   double spin = 0.0;
@@ -193,12 +207,11 @@ void CompareSpins(const VehicleFile& file, const FlightLog& log, const std::vect
     others += fmt::format("{}{}", others.empty() ? "" : ", ", order[i]);
   }
   if (others.empty()) return;
-  Contradicted entry;
-  entry.parameter = "spin", entry.file_value = spin;
-  entry.text = fmt::format(
-      "rotors {} turn the other way than log.yaml says: spins, or the order of the rotors", others);
-  Place(file, file.Find("spin"), &entry);
-  audit->contradicted.push_back(entry);
+  AddSpin(file, spin,
+          fmt::format("rotors {} turn the other way than log.yaml says: spins, or the order of the "
+                      "rotors",
+                      others),
+          audit);
 }
 
 // All rotors the other way round, where the flight yaws against what their spins make; `start` gets
@@ -213,24 +226,39 @@ void TurnSpinsByFlight(const VehicleFile& file, const FlightLog& log, bool order
                               "order; state the rotors in log.yaml");
     return;
   }
-  Contradicted entry;
-  entry.parameter = "spin", entry.file_value = -start->Get("spin", 0);
-  entry.text =
-      "the vehicle yaws against the spins: all rotors turn the other way, or its z axis is another";
-  Place(file, file.Find("spin"), &entry);
-  audit->contradicted.push_back(entry);
+  AddSpin(
+      &file, -start->Get("spin", 0),
+      "the vehicle yaws against the spins: all rotors turn the other way, or its z axis is another",
+      audit);
 }
 
-// Where log.yaml states no rotors: the flight shows which column is which of the file's, or
-// nothing.
-void WarnOfOrder(const FlightLog& log, const std::vector<int>& order, bool ordered, Audit* audit) {
-  if (!std::ranges::is_sorted(order)) {
+bool StatesRotors(const FlightLog& log, const NeutralVehicle& v) {
+  return log.vehicle && log.vehicle->rotors.size() == v.rotors.size();
+}
+
+// Which column is which of the file's rotors, by log.yaml, else by the flight or by nothing.
+void WarnOfOrder(const FlightLog& log, const NeutralVehicle& file, Audit* audit) {
+  const std::vector<int> order = LogOrder(file, log);
+  const bool stated = StatesRotors(log, file);
+  // Beside the places that are taken.
+  const RotorOrder turns = OrderByFlight(log, InLogOrder(file, log));
+  if (stated && !std::ranges::is_sorted(turns.rotors)) {
+    audit->warnings.push_back(fmt::format(
+        "{}: turns as if its columns were the rotors {} of log.yaml: its rotors, or their axes, "
+        "are others",
+        log.directory, fmt::join(turns.rotors, ", ")));
+  } else if (stated && !std::ranges::is_sorted(order)) {
+    audit->warnings.push_back(fmt::format(
+        "{}: its columns are the file's rotors {} by their places; commands in the log's order fly "
+        "the simulator only if they are sorted so",
+        log.directory, fmt::join(order, ", ")));
+  } else if (!std::ranges::is_sorted(order)) {
     audit->warnings.push_back(fmt::format(
         "{}: turns as if its columns were the file's rotors {}, and is compared so; if the columns "
         "come in the file's order, the file's places or spins are wrong: state the rotors in "
         "log.yaml",
         log.directory, fmt::join(order, ", ")));
-  } else if (!ordered) {
+  } else if (!stated && !turns.shown) {
     audit->warnings.push_back(
         log.directory +
         ": does not show which rotor a column is; the file's order is taken; state the rotors in "
@@ -250,21 +278,13 @@ bool HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehic
     }
     start->body["m"] = *log.vehicle->mass;
   }
-  const std::vector<int> order = LogOrder(*start, log);
-  if (!log.vehicle || log.vehicle->rotors.size() != start->rotors.size()) {
+  if (!StatesRotors(log, *start)) {
     const bool ordered = OrderByFlight(log, *start).shown;
     TurnSpinsByFlight(file, log, ordered, start, audit);
-    WarnOfOrder(log, order, ordered, audit);
     return ordered;
   }
-  CompareSpins(file, log, order, start, audit);
-  const auto count = static_cast<double>(start->rotors.size());
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const Rotor& rotor : log.vehicle->rotors) middle += rotor.position / count;
-  double arm = 0.0;
-  for (const Rotor& rotor : log.vehicle->rotors) {
-    arm += (rotor.position - middle).head<2>().norm() / count;
-  }
+  CompareSpins(&file, log, LogOrder(*start, log), start, audit);
+  const double arm = ArmOf(log.vehicle->rotors);
   if (!(arm > 0.0) ||
       !CompareWithLog("arm", start->Get("arm"), arm, "the places of the rotors", audit)) {
     return true;
@@ -284,34 +304,18 @@ void CorrectFile(const VehicleFile& file, const NeutralVehicle& flight, Audit* a
   std::vector<std::string> names;
   for (const Contradicted& entry : audit->contradicted) {
     if (!entry.flight_value) continue;
-    const std::string& name = entry.parameter;
-    if (name == "k_m/k_f") {
-      names.emplace_back("k_m");
-    } else if (name.starts_with("K_") && file.Find(name) == nullptr) {
-      names.emplace_back(name == "K_z" ? "rotor_inflow" : "rotor_speed_drag");
-    } else {
-      names.push_back(name);
-    }
-  }
-  const auto asked = [&](const std::string& name) {
-    return std::ranges::find(names, name) != names.end();
-  };
-  for (const Contradicted& entry : audit->contradicted) {
-    if (!entry.flight_value) continue;
-    const std::string& name = entry.parameter;
+    std::string name = entry.parameter;
     if (name.starts_with("r_BM")) {
-      const double moved = *entry.flight_value - entry.file_value;
-      corrected.body[name] += moved;
-    } else if (!name.starts_with("K_") || file.Find(name) != nullptr) {
+      corrected.body[name] += *entry.flight_value - entry.file_value;
+    } else if (name.starts_with("K_") && file.Find(name) == nullptr) {
+      const double drag =
+          name == "K_z" ? flight.Get(name) : 0.5 * (flight.Get("K_x") + flight.Get("K_y"));
+      name = name == "K_z" ? "rotor_inflow" : "rotor_speed_drag";
+      corrected.body[name] = -drag / flight.Get("S_h");
+    } else {
       corrected = With(corrected, name, *entry.flight_value);
     }
-  }
-  if (asked("rotor_speed_drag")) {
-    corrected.body["rotor_speed_drag"] =
-        -0.5 * (flight.Get("K_x") + flight.Get("K_y")) / flight.Get("S_h");
-  }
-  if (asked("rotor_inflow")) {
-    corrected.body["rotor_inflow"] = -flight.Get("K_z") / flight.Get("S_h");
+    names.push_back(name == "k_m/k_f" ? "k_m" : name);
   }
   const std::vector<std::string> texts = Corrected(file, corrected, names);
   std::vector<ParameterFile> files;
@@ -321,6 +325,22 @@ void CorrectFile(const VehicleFile& file, const NeutralVehicle& flight, Audit* a
     files.push_back(ParameterFile::Parse(path, texts[i]));
   }
   *after = file.target->tables ? corrected : ReadVehicleTexts(*file.target, files).vehicle;
+}
+
+// The flights' held-out errors with `vehicle`, whose rotors are in its file's order. Where exactly
+// the centre of mass stands is no file's error unless it is named: the proof takes the flight's.
+ErrorByHorizon ProofOf(const NeutralVehicle& vehicle, const std::vector<FlightEstimate>& flights,
+                       const std::vector<FlightLog>& logs, const Audit& audit) {
+  std::vector<NeutralVehicle> flown;
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    flown.push_back(InLogOrder(vehicle, logs[i]));
+    for (const char* name : {"r_BM_x", "r_BM_y"}) {
+      const bool named = std::ranges::find(audit.contradicted, name, &Contradicted::parameter) !=
+                         audit.contradicted.end();
+      if (!named) flown.back().body[name] = flights[i].vehicle.Get(name);
+    }
+  }
+  return MeanErrors(flights, flown);
 }
 
 // A number that is contradicted is judged, by the file if not by the flight.
@@ -347,20 +367,19 @@ void WarnOfWorse(Audit* audit) {
 
 Audit AuditFiles(const std::vector<VehicleFile>& files) {
   Audit audit;
+  const auto add = [&](const std::vector<Contradicted>& more) {
+    audit.contradicted.insert(audit.contradicted.end(), more.begin(), more.end());
+  };
   for (const VehicleFile& file : files) {
     audit.simulator += (audit.simulator.empty() ? "" : "; ") + file.Name();
-    for (const FileFinding& finding : CheckVehicle(file)) {
-      audit.contradicted.push_back(FromFinding(finding));
-    }
+    add(CheckVehicle(file));
     if (file.vehicle.Flies() || NotPositive(file)) continue;
     audit.warnings.push_back(fmt::format(
         "{} states no whole vehicle ({}); what depends on the rest is not checked: give its other "
         "files, too, after commas",
         file.Name(), file.vehicle.rotors.empty() ? "no rotors" : "no mass, inertia or places"));
   }
-  for (const FileFinding& finding : CompareVehicles(files)) {
-    audit.contradicted.push_back(FromFinding(finding));
-  }
+  add(CompareVehicles(files));
   for (const NeutralInfo& info : kNeutral) {
     if (*info.fly == '\0' && info.needs == 0) continue;
     const bool stated = std::ranges::any_of(
@@ -377,7 +396,7 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
     if (const auto bad = NotPositive(file)) {
       throw ErrorAt(
           bad->file, bad->line,
-          fmt::format("{} = {:.4g} {}: {}", bad->parameter, bad->value, bad->unit, bad->text));
+          fmt::format("{} = {:.4g} {}: {}", bad->parameter, bad->file_value, bad->unit, bad->text));
     }
     throw ErrorAt(
         file.files.front()->path().string(), 0,
@@ -388,23 +407,20 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
   audit.simulator = file.Name();
   NeutralVehicle start = file.vehicle;
   const bool ordered = HoldWhatIsKnown(file, logs.front(), &start, &audit);
-  for (const FlightLog& log : logs) {
-    if (&log == &logs.front()) continue;
-    if (log.vehicle && log.vehicle->rotors.size() == start.rotors.size()) continue;
-    const RotorOrder order = OrderByFlight(log, start);
-    WarnOfOrder(log, order.rotors, order.shown, &audit);
-  }
+  for (const FlightLog& log : logs) WarnOfOrder(log, start, &audit);
   const std::vector<FlightEstimate> flights = Estimates(logs, start, &audit);
   std::map<std::string, FlightValue> values = Together(flights);
   const NeutralVehicle& flight = flights.front().vehicle;
-  const StatedByFile stated(file, flight);
+  const auto stated = [&](const std::string& parameter, const Reading** at) {
+    return StatedBy(file, flight, parameter, at);
+  };
   const FlightJudge judge{&audit, flights, start.Get("arm"), logs.front()};
 
   bool turns_wrong = false;
   for (const char* name : kByFlight) {
     const std::string parameter = name;
     const Reading* at = nullptr;
-    const std::optional<double> value = stated.Get(parameter, &at);
+    const std::optional<double> value = stated(parameter, &at);
     if (!value) continue;
     const auto shown = values.find(parameter);
     // Along which axis the centre of mass is off is known by the order of the rotors only.
@@ -416,21 +432,33 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
       audit.not_judged.push_back(NotShown(parameter, logs.front()));
       continue;
     }
-    FlightValue compared = shown->second;
-    double from_file = *value;
     // A file that knows no drag lacks the effect; its zero is no wrong number.
     if (parameter[0] == 'K' && *value == 0.0) continue;
-    if (parameter.starts_with("r_BM")) from_file = file.vehicle.Get(parameter);
-    const bool wrong = judge.Compare(parameter, from_file, compared, &file, at);
+    double from_file = *value;
+    const FlightValue& by_flight = shown->second;
+    if (parameter == "tau") {  // of lags up and down the flight shows what lies between
+      const auto [low, high] = std::minmax({from_file, file.vehicle.Get("tau_down")});
+      if (by_flight.value > low && by_flight.value < high) {
+        audit.compared.push_back(
+            {parameter, "s", *value, by_flight.value, by_flight.sigma, high - low, false});
+        continue;
+      }
+      from_file = std::clamp(by_flight.value, low, high);
+    }
+    const bool wrong = judge.Compare(parameter, from_file, by_flight, &file, at);
     turns_wrong = turns_wrong || (wrong && parameter.starts_with("I_"));
   }
+  const bool by_arm = !StatesRotors(logs.front(), start) && ConfuseWithArm(&audit);
   JudgeHeight(judge, file, flight, values);
   const Reading* at = nullptr;
-  if (const auto ratio = stated.Get("k_m/k_f", &at); ratio && values["k_m/k_f"].shown) {
+  if (const auto ratio = stated("k_m/k_f", &at); ratio && values["k_m/k_f"].shown) {
     FlightValue value = values["k_m/k_f"];
     const double k_f = flight.Get("k_f");
-    const YawBlame blame =
-        BlameForYaw(file.vehicle, value.value * k_f, *ratio * k_f, k_f, flight, turns_wrong);
+    // Beside inertia that may be right with another arm no I_z looks right.
+    YawBlame blame;
+    if (!by_arm) {
+      blame = BlameForYaw(file.vehicle, value.value * k_f, *ratio * k_f, k_f, flight, turns_wrong);
+    }
     if (blame.inertia) {
       const double inertia = file.vehicle.Get("I_z") * *ratio / value.value;
       judge.Compare("I_z", file.vehicle.Get("I_z"),
@@ -455,30 +483,24 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
     }
   }
   const Reading* place = nullptr;
-  const bool has_drag =
-      stated.Get("K_x", &place).value_or(0.0) != 0.0 || file.vehicle.States("c_x");
+  const bool has_drag = stated("K_x", &place).value_or(0.0) != 0.0 || file.vehicle.States("c_x");
   AddLacks(values, has_drag, file.vehicle.States("tau"), &audit);
 
   judge.AddCosts();
-  std::vector<NeutralVehicle> before, after;
   NeutralVehicle corrected;
   CorrectFile(file, flight, &audit, &corrected);
-  for (const FlightLog& log : logs) {
-    before.push_back(InLogOrder(file.vehicle, log));
-    after.push_back(InLogOrder(corrected, log));
-  }
-  audit.before = MeanErrors(flights, before);
-  audit.after = MeanErrors(flights, after);
+  audit.before = ProofOf(file.vehicle, flights, logs, audit);
+  audit.after = ProofOf(corrected, flights, logs, audit);
   WarnOfWorse(&audit);
   // What the file says of itself counts where no flight has judged it, and comes first; what
   // follows from an error that the flights have named does not count.
   VehicleFile without = file;
   without.vehicle = corrected;
-  const std::vector<FileFinding> left = CheckVehicle(without);
+  const std::vector<Contradicted> left = CheckVehicle(without);
   std::vector<Contradicted> by_file;
-  for (const FileFinding& finding : CheckVehicle(file)) {
-    const auto has = [&](const auto& all, auto parameter) {
-      return std::ranges::find(all, finding.parameter, parameter) != all.end();
+  for (const Contradicted& finding : CheckVehicle(file)) {
+    const auto among = [&](const std::vector<Contradicted>& all) {
+      return std::ranges::find(all, finding.parameter, &Contradicted::parameter) != all.end();
     };
     // A flight that shows a number roughly only leaves it to the file.
     const auto roughly = [&](const std::string& name) {
@@ -492,9 +514,8 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
              (finding.parameter == "k_m" && c.parameter == "k_m/k_f") ||
              (finding.parameter == "I_z" && c.parameter.starts_with("k_m"));
     });
-    if (judged || !has(left, &FileFinding::parameter)) continue;
-    if (has(audit.contradicted, &Contradicted::parameter)) continue;
-    by_file.push_back(FromFinding(finding));
+    if (judged || !among(left) || among(audit.contradicted)) continue;
+    by_file.push_back(finding);
     // A rough size is better than none.
     const auto rough = std::ranges::find(audit.compared, finding.parameter, &Compared::parameter);
     if (rough == audit.compared.end()) continue;
@@ -505,11 +526,24 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
   return audit;
 }
 
+// What the descriptions of two logs state of the rotors; `flown` gets the simulator's.
+void CompareStated(const FlightLog& simulated, const FlightLog& log, NeutralVehicle* flown,
+                   Audit* audit) {
+  if (!StatesRotors(simulated, *flown) || !StatesRotors(log, *flown)) return;
+  CompareSpins(nullptr, simulated, LogOrder(*flown, simulated), flown, audit);
+  const double arm = ArmOf(simulated.vehicle->rotors);
+  if (CompareWithLog("arm", arm, ArmOf(log.vehicle->rotors), "the places of the rotors", audit)) {
+    *flown = With(*flown, "arm", arm);
+  }
+}
+
 Audit AuditLogs(const FlightLog& simulated, const std::vector<FlightLog>& logs) {
   Audit audit;
   audit.simulator = simulated.directory;
-  const FlightLog& stated = logs.front().vehicle ? logs.front() : simulated;
-  NeutralVehicle start = VehicleOfLog(stated);
+  const bool states = logs.front().vehicle && !logs.front().vehicle->rotors.empty();
+  const NeutralVehicle start = VehicleOfLog(states ? logs.front() : simulated);
+  NeutralVehicle flown = start;
+  CompareStated(simulated, logs.front(), &flown, &audit);
   const auto mass = [](const FlightLog& log) {
     return log.vehicle ? log.vehicle->mass : std::nullopt;
   };
@@ -518,14 +552,16 @@ Audit AuditLogs(const FlightLog& simulated, const std::vector<FlightLog>& logs) 
   }
   std::vector<FlightEstimate> flights = Estimates(logs, start, &audit);
   // Both are fitted from one start, with one mass and one I_z: what differs is the simulator's.
-  std::vector<FlightEstimate> in_simulator = Estimates({simulated}, start, &audit);
+  std::vector<FlightEstimate> in_simulator = Estimates({simulated}, flown, &audit);
   audit.logs.pop_back();
   for (std::size_t i = 0; i < logs.size(); ++i) AddTerms(logs[i], &flights[i]);
   AddTerms(simulated, &in_simulator.front());
   const std::map<std::string, FlightValue> values = Together(flights),
                                            simulator = Together(in_simulator);
   const FlightJudge judge{&audit, flights, start.Get("arm"), logs.front()};
+  bool turned = false;  // drag along other axes than the body's changes that along them, too
   for (const auto& [name, b] : values) {
+    if (turned && name.starts_with("K_")) continue;
     const auto a = simulator.find(name);
     const bool fitted = b.size == 0.0 && (name == "L_v" || name == "M_u");  // beside others
     if (a == simulator.end() || name == "k_m" || fitted) continue;
@@ -542,12 +578,13 @@ Audit AuditLogs(const FlightLog& simulated, const std::vector<FlightLog>& logs) 
     const bool late = name == "J_r_yaw" && a->second.value < 0.0;
     if (b.size > 0.0 && (none || late) && !drag) continue;
     if (!judge.Compare(name, a->second.value, both, nullptr, nullptr) || b.size == 0.0) continue;
+    turned = turned || name == "K_twice";
     Contradicted& entry = audit.contradicted.back();
     entry.cost = CostOfTerm(b, a->second.value);
     entry.text += (entry.text.empty() ? "" : "; ") + std::string(FindNeutral(name)->meaning);
   }
   judge.AddCosts();
-  audit.before = MeanErrors(flights, {flights.size(), in_simulator.front().vehicle});
+  audit.before = ProofOf(in_simulator.front().vehicle, flights, logs, audit);
   audit.after = audit.best;
   JudgeOnce(&audit);
   return audit;

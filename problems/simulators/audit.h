@@ -8,21 +8,8 @@
 #include <vector>
 
 #include "problems/simulators/check_vehicle.h"
-#include "problems/simulators/flight_estimate.h"
 
 namespace trueline {
-
-struct Contradicted {
-  std::string parameter, unit;
-  double file_value = 0.0;
-  std::optional<double> flight_value;  // none: the file contradicts itself
-  double sigma = 0.0;                  // of flight_value, and of what is known of a log's vehicle
-  std::optional<ErrorByHorizon> cost;  // m, more of position error with the file's value
-  std::string text;                    // in words: the factor, a unit that explains it
-  std::vector<std::string> confused_with;
-  std::string file, key;  // the place; empty key: none
-  int line = 0;
-};
 
 struct NotJudged {
   std::string parameter, fly;
@@ -39,6 +26,9 @@ struct Compared {
   double file_value, flight_value, sigma;
   double tolerance;  // what vehicles of one kind differ by anyway
   bool contradicted;
+  // m, more of position error with the file's value, where the flight shows another within the
+  // tolerance. None: it shows none, or that costs nothing.
+  std::optional<ErrorByHorizon> cost = {};
 };
 
 struct Audit {

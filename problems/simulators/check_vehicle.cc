@@ -111,15 +111,15 @@ constexpr const char* kAboveZero[] = {"m",          "body_mass", "k_f",   "k_m",
                                       "I_y",        "I_z",       "box_x", "box_y",   "box_z",
                                       "full_speed", "arm",       "lever", "lever_x", "lever_y"};
 
-bool Names(const std::vector<FileFinding>& findings, const std::string& parameter) {
-  return std::ranges::find(findings, parameter, &FileFinding::parameter) != findings.end();
+bool Names(const std::vector<Contradicted>& findings, const std::string& parameter) {
+  return std::ranges::find(findings, parameter, &Contradicted::parameter) != findings.end();
 }
 
 // `at`: the place; null: where the file states the parameter.
-FileFinding FindingAt(const VehicleFile& file, const std::string& parameter, double value,
-                      const std::string& text, const Reading* at = nullptr) {
+Contradicted FindingAt(const VehicleFile& file, const std::string& parameter, double value,
+                       const std::string& text, const Reading* at = nullptr) {
   const NeutralInfo* info = FindNeutral(parameter);
-  FileFinding finding{parameter, info != nullptr ? info->unit : "", value, text, "", 0, ""};
+  Contradicted finding{parameter, info != nullptr ? info->unit : "", value, text, "", ""};
   if (at == nullptr) at = file.Find(parameter);
   finding.file = file.files[at != nullptr ? at->file : 0]->path().string();
   if (at == nullptr) return finding;
@@ -132,7 +132,7 @@ class Checker {
  public:
   explicit Checker(const VehicleFile& file) : file_(file), v_(file.vehicle) {}
 
-  std::vector<FileFinding> Run() {
+  std::vector<Contradicted> Run() {
     Inertia();
     Flatness();
     Sizes();
@@ -317,23 +317,23 @@ class Checker {
 
   const VehicleFile& file_;
   const NeutralVehicle& v_;
-  std::vector<FileFinding> findings_;
+  std::vector<Contradicted> findings_;
 };
 
 // Of `findings`, those that stay with the best value that the root can have.
-std::vector<FileFinding> LeftBeside(const Root& root, const VehicleFile& file,
-                                    const std::vector<FileFinding>& findings) {
+std::vector<Contradicted> LeftBeside(const Root& root, const VehicleFile& file,
+                                     const std::vector<Contradicted>& findings) {
   constexpr int kSteps = 40;
   const double stated = root.for_arm(file.vehicle);
-  std::vector<FileFinding> least = findings;
+  std::vector<Contradicted> least = findings;
   for (int k = 0; k <= kSteps; ++k) {
     const double share = static_cast<double>(k) / kSteps;
     VehicleFile changed = file;
     const double wanted = root.range.low * std::pow(root.range.high / root.range.low, share);
     changed.vehicle = root.with(file.vehicle, wanted / stated);
-    const std::vector<FileFinding> with = Checker(changed).Run();
-    std::vector<FileFinding> left = findings;
-    std::erase_if(left, [&](const FileFinding& f) { return !Names(with, f.parameter); });
+    const std::vector<Contradicted> with = Checker(changed).Run();
+    std::vector<Contradicted> left = findings;
+    std::erase_if(left, [&](const Contradicted& f) { return !Names(with, f.parameter); });
     if (left.size() < least.size()) least = std::move(left);
   }
   return least;
@@ -368,24 +368,24 @@ std::vector<std::pair<std::string, std::string>> ImpossibleInertia(const Neutral
   return faults;
 }
 
-std::optional<FileFinding> NotPositive(const VehicleFile& file) {
-  for (const FileFinding& finding : Checker(file).Run()) {
+std::optional<Contradicted> NotPositive(const VehicleFile& file) {
+  for (const Contradicted& finding : Checker(file).Run()) {
     if (finding.text == kNotPositive) return finding;
   }
   return std::nullopt;
 }
 
-std::vector<FileFinding> CheckVehicle(const VehicleFile& file) {
-  std::vector<FileFinding> findings = Checker(file).Run();
+std::vector<Contradicted> CheckVehicle(const VehicleFile& file) {
+  std::vector<Contradicted> findings = Checker(file).Run();
   // A wrong mass or thrust makes others look wrong, which are named where they stay so with
   // whatever it may be. It is named itself where it explains others of two kinds.
   for (const Root& root : kRoots) {
     if (findings.empty() || !(ArmOf(file.vehicle) > 0.0)) break;
     if (!(root.for_arm(file.vehicle) > 0.0)) continue;
-    const std::vector<FileFinding> left = LeftBeside(root, file, findings);
+    const std::vector<Contradicted> left = LeftBeside(root, file, findings);
     std::set<std::string> kinds;
     std::string names;
-    for (const FileFinding& finding : findings) {
+    for (const Contradicted& finding : findings) {
       const std::string& name = finding.parameter;
       if (Names(left, name)) continue;
       kinds.insert(name.substr(0, name.find_first_of("xyz")));
@@ -393,7 +393,7 @@ std::vector<FileFinding> CheckVehicle(const VehicleFile& file) {
     }
     const bool named = Names(findings, root.parameter);
     if (!named && kinds.size() < 2) continue;
-    std::erase_if(findings, [&](const FileFinding& finding) {
+    std::erase_if(findings, [&](const Contradicted& finding) {
       return finding.parameter != root.parameter && !Names(left, finding.parameter);
     });
     if (named) continue;
@@ -409,7 +409,7 @@ namespace {
 // Files have origins of their own: where the centre of mass stands between the rotors is compared.
 // Returns how far the two are apart, m: moments of inertia about them differ by that, too.
 double CompareCentres(const VehicleFile& first, const VehicleFile& second,
-                      std::vector<FileFinding>* findings) {
+                      std::vector<Contradicted>* findings) {
   constexpr double kSameCentre = 0.05;  // of the arm
   const NeutralVehicle &a = first.vehicle, &b = second.vehicle;
   double squares = 0.0;
@@ -429,8 +429,8 @@ double CompareCentres(const VehicleFile& first, const VehicleFile& second,
 
 }  // namespace
 
-std::vector<FileFinding> CompareVehicles(const std::vector<VehicleFile>& files) {
-  std::vector<FileFinding> findings;
+std::vector<Contradicted> CompareVehicles(const std::vector<VehicleFile>& files) {
+  std::vector<Contradicted> findings;
   for (std::size_t a = 0; a < files.size(); ++a) {
     for (std::size_t b = a + 1; b < files.size(); ++b) {
       const VehicleFile &first = files[a], &second = files[b];

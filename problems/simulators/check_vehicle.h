@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "problems/simulators/flight_estimate.h"
 #include "problems/simulators/vehicle_file.h"
 
 namespace trueline {
@@ -15,24 +16,29 @@ inline constexpr double kLeastMoment = 0.003, kMostMoment = 0.07;
 
 inline constexpr const char* kNotPositive = "must be positive";  // text of a finding
 
-struct FileFinding {
+// A number that is wrong.
+struct Contradicted {
   std::string parameter, unit;
-  double value = 0.0;  // of the file, in Trueline's units
-  std::string text;    // what is wrong and what would be right, with the source of the range
-  std::string file;
-  int line = 0;  // 0: no single place
-  std::string key;
+  double file_value = 0.0;  // in Trueline's units
+  // What is wrong: the range and its source, the factor, a unit that explains it.
+  std::string text;
+  std::string file, key;  // the place; empty key: none
+  int line = 0;
+  std::optional<double> flight_value = {};  // none: the file contradicts itself
+  double sigma = 0.0;                       // of flight_value, and of what is known of a log's
+  std::optional<ErrorByHorizon> cost = {};  // m, more of position error with the file's value
+  std::vector<std::string> confused_with = {};
 };
 
 // Of one vehicle: inertia that no body has, hover outside of the motors' range, ratios that no
 // vehicle of that size has, a number in the wrong unit, rotor order against spins, numbers that the
 // file repeats and that differ.
-std::vector<FileFinding> CheckVehicle(const VehicleFile& file);
+std::vector<Contradicted> CheckVehicle(const VehicleFile& file);
 // The first of the numbers that no vehicle has at zero or below, which leave nothing to compare.
-std::optional<FileFinding> NotPositive(const VehicleFile& file);
+std::optional<Contradicted> NotPositive(const VehicleFile& file);
 // What is wrong with moments of inertia: the parameter and why no body has it.
 std::vector<std::pair<std::string, std::string>> ImpossibleInertia(const NeutralVehicle& vehicle);
 // Numbers of vehicles of one name (or of no name) that differ.
-std::vector<FileFinding> CompareVehicles(const std::vector<VehicleFile>& files);
+std::vector<Contradicted> CompareVehicles(const std::vector<VehicleFile>& files);
 
 }  // namespace trueline

@@ -81,14 +81,6 @@ void Place(const VehicleFile& file, const Reading* at, Contradicted* entry) {
   entry->key = at->key;
 }
 
-Contradicted FromFinding(const FileFinding& finding) {
-  Contradicted entry;
-  entry.parameter = finding.parameter, entry.unit = finding.unit;
-  entry.file_value = finding.value, entry.text = finding.text;
-  entry.file = finding.file, entry.line = finding.line, entry.key = finding.key;
-  return entry;
-}
-
 void AddLacks(const std::map<std::string, FlightValue>& values, bool has_drag, bool has_lag,
               Audit* audit) {
   constexpr double kMentionedDrag = 0.1;  // 1/s

@@ -20,7 +20,6 @@ std::string ErrorInWords(double error);
 
 // The place of a reading in its file; null: the file alone.
 void Place(const VehicleFile& file, const Reading* at, Contradicted* entry);
-Contradicted FromFinding(const FileFinding& finding);
 
 // Adds what the flights show clearly and the simulator has nothing of.
 void AddLacks(const std::map<std::string, FlightValue>& values, bool has_drag, bool has_lag,

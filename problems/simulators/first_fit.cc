@@ -6,6 +6,8 @@
 #include <numeric>
 #include <vector>
 
+#include "problems/simulators/judge_flights.h"
+
 namespace trueline {
 namespace {
 
@@ -157,9 +159,9 @@ namespace {
 constexpr int kParts = 8;  // of the flight, each fitted alone: their scatter is the sigma
 constexpr double kShortestPart = 1.0;                       // s
 constexpr double kMostScatter = 0.2, kMostSeconds = 0.003;  // of a lag that is shown: a share, s
-constexpr double kExplained = 0.5;  // of the speeds' squares, that commands explain at least
-constexpr double kResolution = 0.005, kFinest = 1e-4;  // of the search: a share, s
-constexpr double kLongestLag = 0.5;                    // s
+constexpr double kExplained = 0.5;     // of the speeds' squares, that commands explain at least
+constexpr double kResolution = 0.005;  // of the search: a share
+constexpr double kLongestLag = 0.5;    // s
 
 struct LagFit {
   double lag, cost, full_speed, squares;
@@ -254,9 +256,13 @@ std::optional<MotorResponse> FindMotorResponse(const FlightLog& log) {
   const auto [lag, scatter] = mean_and_sigma(lags);
   if (!(cost < (1.0 - kExplained) * squares)) return std::nullopt;
   if (scatter > std::max(kMostScatter * lag, kMostSeconds)) return std::nullopt;
-  const double lag_sigma = std::max({scatter, kResolution * lag, kFinest});
+  const double tails = TailsOf(kParts - 1);
+  // What commands did between samples is not known.
+  const double between = SecondsBetween(log.motors.front().t, log.motors.back().t) /
+                         (std::sqrt(12.0) * static_cast<double>(log.motors.size()));
+  const double lag_sigma = std::hypot(std::max(tails * scatter, kResolution * lag), between);
   const auto [speed, speed_sigma] = mean_and_sigma(speeds);
-  return MotorResponse{lag, lag_sigma, speed, speed_sigma};
+  return MotorResponse{lag, lag_sigma, speed, tails * speed_sigma};
 }
 
 }  // namespace trueline

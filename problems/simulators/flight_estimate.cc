@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/calibration/without_poses.h"
 #include "problems/common/error.h"
 #include "problems/result/statistics.h"
 #include "problems/simulators/first_fit.h"
@@ -69,7 +70,8 @@ double Rate(const std::vector<PoseSample>& poses) {
 }
 
 // Commands of motors without measured speeds: the file's speeds at no and full command.
-void DriveByCommands(const FlightLog& log, const NeutralVehicle& v, RotorCalibrationOptions* o) {
+void DriveByCommands(const FlightLog& log, const NeutralVehicle& v, const FlightValue& shown_lag,
+                     RotorCalibrationOptions* o) {
   const double full = v.Get("full_speed") > 0.0 ? v.Get("full_speed") : 2.0 * v.Get("w_h");
   MotorCurve& curve = o->data.motors.emplace();
   curve.full_speed = full;
@@ -80,11 +82,11 @@ void DriveByCommands(const FlightLog& log, const NeutralVehicle& v, RotorCalibra
     curve.nominal_voltage = sum / static_cast<double>(log.battery.size());
   }
   o->data.rotors = RotorSource::kMotors;
-  o->data.motors_at = MotorValues(std::max(kLagStart, v.Get("tau")), v.Get("idle_speed") / full,
-                                  battery ? 1.0 : 0.0);
+  const double start = shown_lag.shown ? shown_lag.value : std::max(kLagStart, v.Get("tau"));
+  o->data.motors_at = MotorValues(start, v.Get("idle_speed") / full, battery ? 1.0 : 0.0);
   const int lag = FindRotorConstant("motor_lag");
   o->prior.mean.segment<kMotorUnknowns>(lag) = o->data.motors_at;
-  o->prior.sigma[lag] = kLagSigma;
+  o->prior.sigma[lag] = shown_lag.shown ? 0.0 : kLagSigma;
   o->prior.sigma[FindRotorConstant("motor_voltage")] = battery ? kVoltageSigma : 0.0;
 }
 
@@ -93,7 +95,8 @@ void SetPrior(const std::string& name, double mean, double sigma, RotorPrior* pr
   prior->sigma[FindRotorConstant(name)] = sigma;
 }
 
-RotorCalibrationOptions OptionsFor(const FlightLog& log, const NeutralVehicle& v) {
+RotorCalibrationOptions OptionsFor(const FlightLog& log, const NeutralVehicle& v,
+                                   const FlightValue& lag) {
   RotorCalibrationOptions o(RotorVehicleOf(v));
   o.data.source = log.pose.empty() ? PoseSource::kMocap : PoseSource::kPose;
   const std::vector<PoseSample>& poses = log.pose.empty() ? log.mocap : log.pose;
@@ -122,8 +125,21 @@ RotorCalibrationOptions OptionsFor(const FlightLog& log, const NeutralVehicle& v
   for (const char* name : {"L_p", "M_q", "N_r"}) SetPrior(name, 0.0, kDampingSigma, prior);
   for (const char* name : {"L_v", "M_u"}) SetPrior(name, 0.0, kSpeedMomentSigma, prior);
   SetPrior("pose_delay", 0.0, kPoseDelaySigma, prior);
-  if (log.rotors.empty()) DriveByCommands(log, v, &o);
+  if (log.rotors.empty()) DriveByCommands(log, v, lag, &o);
   return o;
+}
+
+// Commands answer what the vehicle does, which biases a fit of its path: the lag is that of
+// one-step predictions. Not shown where the flight is too short, slow or rough for them.
+FlightValue LagByCommands(const FlightLog& log, const NeutralVehicle& v) {
+  try {
+    const RotorCalibrationOptions options(RotorVehicleOf(v));
+    for (const ParameterEstimate& p : CalibrateWithoutPoses(log, options).parameters) {
+      if (p.name == "motor_lag") return {p.value, p.sigma, true};
+    }
+  } catch (const InputError&) {
+  }
+  return {};
 }
 
 // How much larger the errors on held-out flight are than noise explains, at least 1: intervals are
@@ -211,7 +227,8 @@ FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& gi
   for (const char* name : {"rotor_speed_drag", "rotor_inflow", "c_x", "c_y", "c_z"}) {
     fitted.body.erase(name);
   }
-  RotorCalibrationOptions options = OptionsFor(log, fitted);
+  const FlightValue lag = log.rotors.empty() ? LagByCommands(log, fitted) : FlightValue();
+  RotorCalibrationOptions options = OptionsFor(log, fitted, lag);
   RotorCalibration c = CalibrateRotors(log, options);
   if (std::ranges::find(c.parameters, "at_bound", &ParameterEstimate::status) !=
       c.parameters.end()) {
@@ -221,13 +238,12 @@ FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& gi
     for (const char* name : {"I_x", "I_y"})
       fitted.body[name] = c.batch.mean[FindRotorConstant(name)];
     HoldUsualYaw(&fitted);
-    options = OptionsFor(log, fitted);
+    options = OptionsFor(log, fitted, lag);
     c = CalibrateRotors(log, options);
   }
 
   FlightEstimate estimate;
   estimate.vehicle = fitted;
-  estimate.verdict = c.verdict.word;
   estimate.warnings = c.warnings;
   for (const std::string& reason : c.verdict.reasons) estimate.warnings.push_back(reason);
   const auto set = [&](const std::string& name, const FlightValue& value) {
@@ -261,7 +277,7 @@ FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& gi
   estimate.values["k_f"] = thrust;
   estimate.values["k_m"] = moment;
   if (log.rotors.empty()) {
-    set("tau", ValueOf(c, options.prior, "motor_lag", 1.0));
+    set("tau", lag);
   } else if (const auto response = FindMotorResponse(log)) {
     set("tau", {response->lag, response->lag_sigma, true});
     set("full_speed", {response->full_speed, response->full_speed_sigma, true});

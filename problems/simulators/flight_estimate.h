@@ -30,7 +30,6 @@ struct FlightEstimate {
   NeutralVehicle vehicle;  // with all that the flight shows; what it does not, as it was given
   std::map<std::string, FlightValue> values;  // by name of NeutralInfo
   std::vector<std::string> warnings;
-  std::string verdict;
 
   // True if the flight shows the parameter, or (I_z) its ratio to another.
   bool Judges(const std::string& name) const;

@@ -6,26 +6,28 @@
 #include <vector>
 
 #include "problems/simulators/first_fit.h"
+#include "problems/simulators/judge_flights.h"
 #include "problems/simulators/vehicle_replay.h"
 
 namespace trueline {
 namespace {
 
 constexpr double kMeansOver = 0.08;    // s, over which means are compared
-constexpr int kBlocks = 8;             // of the flight; each is left out once
+constexpr int kBlocks = 16;            // of the flight; each is left out once
 constexpr double kBySampling = 0.005;  // of an equation's spread, that samples leave uncertain
 
 // Regressors, as means over windows: turns (rad/s^2) by rotors, rates, air speed in body axes, and
 // products of rates and the rotors' angular momentum by J_r.
 enum Feature : int {
   kUnit,
-  kByTurn,                // three
-  kByRate = kByTurn + 3,  // three, rad/s
-  kByAir = kByRate + 3,   // three, m/s
-  kByGyro = kByAir + 3,   // three: of roll, pitch; the last is the momentum itself
-  kByLift = kByGyro + 3,  // m^2/s^2
-  kByThrust,              // m/s^2
-  kByEuler,               // three, rad/s^2: of the body's own momentum, known
+  kByTurn,                 // three
+  kByRate = kByTurn + 3,   // three, rad/s
+  kByAir = kByRate + 3,    // three, m/s
+  kByGyro = kByAir + 3,    // three: of roll, pitch; the last is the momentum itself
+  kByTwice = kByGyro + 3,  // two, m/s: air speed that is turned into the body once more
+  kByLift = kByTwice + 2,  // m^2/s^2
+  kByThrust,               // m/s^2
+  kByEuler,                // three, rad/s^2: of the body's own momentum, known
   kLastFeature = kByEuler + 2,
   kFeatures
 };
@@ -83,6 +85,8 @@ std::vector<Window> WindowsOf(const FlightLog& log, const FlightEstimate& estima
     const double from = flight.states.t[at_state], to = flight.states.t[at_state + 1];
     const double share = (t - from) / (to - from);
     const Eigen::Vector3d air = (1.0 - share) * speed(at_state) + share * speed(at_state + 1);
+    const MovingState& x = flight.states.states[at_state];
+    const Eigen::Vector3d twice = Eigen::Quaterniond(x[0], x[1], x[2], x[3]).conjugate() * air;
     const Eigen::Map<const Eigen::ArrayXd> w(flight.speeds[at_speed].data(), n);
     double momentum = 0.0, thrust = 0.0;
     for (int i = 0; i < n; ++i) {
@@ -92,8 +96,8 @@ std::vector<Window> WindowsOf(const FlightLog& log, const FlightEstimate& estima
     const Eigen::Vector3d& p = sample.gyro;
     Features f;
     f << 1.0, turn.transpose() * w.square().matrix(), p, air, -p.y() * momentum / inertia.x(),
-        p.x() * momentum / inertia.y(), -momentum / inertia.z(), -air.head<2>().squaredNorm(),
-        -thrust, 0.0, 0.0, 0.0;
+        p.x() * momentum / inertia.y(), -momentum / inertia.z(), twice.head<2>(),
+        -air.head<2>().squaredNorm(), -thrust, 0.0, 0.0, 0.0;
     f.segment<3>(kByEuler) = -p.cross(inertia.cwiseProduct(p)).cwiseQuotient(inertia);
     if (count++ == 0) now.begin = t;
     now.features += f, now.rate += p, now.force += sample.accel, now.middle += t;
@@ -122,8 +126,27 @@ Fit LeaveOut(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) {
   for (int part = 0; part < kBlocks; ++part) {
     fit.sigma += (solve(part * length, length) - fit.value).cwiseAbs2();
   }
-  fit.sigma = ((kBlocks - 1.0) / kBlocks * fit.sigma).cwiseSqrt();
+  fit.sigma = TailsOf(kBlocks - 1) * ((kBlocks - 1.0) / kBlocks * fit.sigma).cwiseSqrt();
   return fit;
+}
+
+// Drag along axes that are not the body's: by both horizontal forces, beside that along x and y.
+FlightValue TurnedTwice(const std::vector<Window>& windows) {
+  const auto pairs = static_cast<Eigen::Index>(windows.size()) - 1;
+  Eigen::MatrixXd X = Eigen::MatrixXd::Zero(2 * pairs, 5);
+  Eigen::VectorXd y(2 * pairs);
+  for (Eigen::Index k = 0; k < 2 * pairs; ++k) {
+    const Window& window = windows[static_cast<std::size_t>(k / 2)];
+    const Eigen::Index axis = k % 2;
+    X(k, axis) = 1.0, X(k, 2 + axis) = window.features[kByAir + axis];
+    X(k, 4) = window.features[kByTwice + axis];
+    y[k] = window.force[axis];
+  }
+  const Fit fit = LeaveOut(X, y);
+  const double rows = 2.0 * static_cast<double>(pairs);
+  const double size = std::sqrt(X.col(4).squaredNorm() / rows),
+               spread = std::sqrt((y.array() - y.mean()).square().sum() / rows);
+  return {fit.value[4], std::hypot(fit.sigma[4], kBySampling * spread / size), true, size};
 }
 
 }  // namespace
@@ -170,6 +193,7 @@ std::map<std::string, FlightValue> TermsOf(const FlightLog& log, const FlightEst
                           size, moment};
     }
   }
+  values["K_twice"] = TurnedTwice(windows);
   return values;
 }
 

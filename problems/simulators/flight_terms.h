@@ -10,8 +10,8 @@
 
 namespace trueline {
 
-// By name of NeutralInfo. Sigmas come from fits that leave out an eighth of the flight each. Empty
-// for a log without measured rotor speeds.
+// By name of NeutralInfo. Sigmas come from fits that leave out a sixteenth of the flight each.
+// Empty for a log without measured rotor speeds.
 std::map<std::string, FlightValue> TermsOf(const FlightLog& log, const FlightEstimate& estimate);
 
 }  // namespace trueline

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/result/statistics.h"
 #include "problems/simulators/describe_audit.h"
 #include "problems/simulators/vehicle_replay.h"
 
@@ -18,19 +19,15 @@ struct Scatter {
   double share, floor;
 };
 constexpr Scatter kScatter[] = {
-    {"m", 0.05, 0.0},       {"I_x", 0.15, 0.0},
-    {"I_y", 0.15, 0.0},     {"I_z", 0.2, 0.0},
-    {"k_f", 0.06, 0.0},     {"k_m", 0.2, 0.0},
-    {"k_m/k_f", 0.2, 0.0},  {"K_x", 0.4, 0.12},
-    {"K_y", 0.4, 0.12},     {"K_z", 0.5, 0.2},
-    {"tau", 0.2, 0.003},    {"full_speed", 0.1, 0.0},
-    {"arm", 0.05, 0.0},     {"K_xy", 0.0, 0.12},
-    {"K_yx", 0.0, 0.12},    {"L_p", 0.5, 0.3},
-    {"M_q", 0.5, 0.3},      {"N_r", 0.5, 0.3},
-    {"L_u", 0.5, 0.3},      {"L_v", 0.5, 0.3},
-    {"M_u", 0.5, 0.3},      {"M_v", 0.5, 0.3},
-    {"J_r_roll", 0.5, 0.0}, {"J_r_pitch", 0.5, 0.0},
-    {"J_r_yaw", 0.5, 0.0},  {"translational_lift", 0.5, 0.003},
+    {"m", 0.05, 0.0},        {"I_x", 0.15, 0.0},    {"I_y", 0.15, 0.0},
+    {"I_z", 0.2, 0.0},       {"k_f", 0.06, 0.0},    {"k_m", 0.2, 0.0},
+    {"k_m/k_f", 0.2, 0.0},   {"K_x", 0.4, 0.12},    {"K_y", 0.4, 0.12},
+    {"K_z", 0.5, 0.2},       {"tau", 0.2, 0.003},   {"full_speed", 0.1, 0.0},
+    {"arm", 0.05, 0.0},      {"K_xy", 0.0, 0.12},   {"K_yx", 0.0, 0.12},
+    {"K_twice", 0.0, 0.12},  {"L_p", 0.5, 0.3},     {"M_q", 0.5, 0.3},
+    {"N_r", 0.5, 0.3},       {"L_u", 0.5, 0.3},     {"L_v", 0.5, 0.3},
+    {"M_u", 0.5, 0.3},       {"M_v", 0.5, 0.3},     {"J_r_roll", 0.5, 0.0},
+    {"J_r_pitch", 0.5, 0.0}, {"J_r_yaw", 0.5, 0.0}, {"translational_lift", 0.5, 0.003},
 };
 constexpr double kCentreScatter = 0.06;  // of the arm, of the centre of mass
 
@@ -46,6 +43,11 @@ ErrorByHorizon CostOfLag(const NeutralVehicle& vehicle, double file, double flig
 }
 
 }  // namespace
+
+double TailsOf(int dof) {
+  const double normal = ChiSquareTail(kThreshold * kThreshold, 1.0);
+  return std::sqrt(FCritical(normal, 1.0, dof)) / kThreshold;
+}
 
 double Tolerance(const std::string& parameter, double value, double arm) {
   if (parameter == "r_BM_z") return std::max(0.5 * std::abs(value), kCentreScatter * arm);
@@ -68,6 +70,8 @@ NeutralVehicle With(NeutralVehicle vehicle, const std::string& parameter, double
     const double factor = value / vehicle.Get("arm");
     for (Numbers& rotor : vehicle.rotors) rotor["x"] *= factor, rotor["y"] *= factor;
   } else {
+    const bool lag = parameter == "tau" && vehicle.States("tau_down") && vehicle.Get("tau") > 0.0;
+    if (lag) vehicle.body["tau_down"] *= value / vehicle.Get("tau");
     vehicle.body[parameter] = value;
   }
   return vehicle;
@@ -112,35 +116,49 @@ bool FlightJudge::Compare(const std::string& parameter, double stated, const Fli
   return true;
 }
 
+std::optional<ErrorByHorizon> FlightJudge::CostOf(const std::string& parameter, double stated,
+                                                  double shown) const {
+  if (parameter == "tau") return CostOfLag(flights.front().vehicle, stated, shown);
+  // Of the height the replay has the moment anyway.
+  for (const char* unseen : {"full_speed", "spin", "arm", "r_BM_z"}) {
+    if (parameter == unseen) return std::nullopt;
+  }
+  std::vector<NeutralVehicle> changed;
+  for (const FlightEstimate& flight : flights) {
+    changed.push_back(With(flight.vehicle, parameter, stated));
+  }
+  ErrorByHorizon cost = MeanErrors(flights, changed);
+  for (std::size_t k = 0; k < cost.size(); ++k) {
+    const double more = cost[k] - (*audit->best)[k];
+    cost[k] = std::isnan(more) ? NAN : std::max(0.0, more);
+  }
+  return cost;
+}
+
 void FlightJudge::AddCosts() const {
   std::vector<NeutralVehicle> own;
   for (const FlightEstimate& flight : flights) own.push_back(flight.vehicle);
   audit->best = MeanErrors(flights, own);
+  constexpr double kNothing = 0.02;  // of the errors with the flight's own vehicle
+  const auto nothing = [&](const ErrorByHorizon& cost) {
+    bool none = true;
+    for (std::size_t k = 0; k < cost.size(); ++k) none &= cost[k] < kNothing * (*audit->best)[k];
+    return none;
+  };
   for (Contradicted& entry : audit->contradicted) {
-    if (!entry.flight_value || entry.cost) continue;
-    if (entry.parameter == "tau") {
-      entry.cost = CostOfLag(own.front(), entry.file_value, *entry.flight_value);
-      continue;
-    }
-    if (entry.parameter == "full_speed" || entry.parameter == "spin") continue;
-    if (entry.parameter == "r_BM_z") continue;  // of the air's moment, which the replay has anyway
-    std::vector<NeutralVehicle> changed;
-    for (const NeutralVehicle& vehicle : own) {
-      changed.push_back(With(vehicle, entry.parameter, entry.file_value));
-    }
-    entry.cost = MeanErrors(flights, changed);
-    for (std::size_t k = 0; k < entry.cost->size(); ++k) {
-      const double more = (*entry.cost)[k] - (*audit->best)[k];
-      (*entry.cost)[k] = std::isnan(more) ? NAN : std::max(0.0, more);
+    if (!entry.flight_value) continue;
+    if (!entry.cost) entry.cost = CostOf(entry.parameter, entry.file_value, *entry.flight_value);
+    if (entry.cost && nothing(*entry.cost)) {
+      entry.text += "; costs nothing in prediction on this flight";
     }
   }
-  for (Contradicted& entry : audit->contradicted) {
-    constexpr double kNothing = 0.02;  // of the errors with the flight's own vehicle
-    bool nothing = entry.cost.has_value();
-    for (std::size_t k = 0; nothing && k < kHorizons.size(); ++k) {
-      nothing = (*entry.cost)[k] < kNothing * (*audit->best)[k];
-    }
-    if (nothing) entry.text += "; costs nothing in prediction on this flight";
+  for (Compared& c : audit->compared) {
+    const bool differs = std::abs(c.file_value - c.flight_value) > kThreshold * c.sigma;
+    const auto value = flights.front().values.find(c.parameter);
+    const bool flown = value != flights.front().values.end() && value->second.size == 0.0;
+    if (c.contradicted || !differs || !flown) continue;
+    c.cost = CostOf(c.parameter, c.file_value, c.flight_value);
+    if (c.cost && !((*c.cost)[1] > kNothing * (*audit->best)[1])) c.cost.reset();
   }
   const auto cost = [](const Contradicted& entry) {
     return entry.cost && !std::isnan((*entry.cost)[1]) ? (*entry.cost)[1] : 0.0;

@@ -9,6 +9,8 @@
 namespace trueline {
 
 inline constexpr double kThreshold = 3.5;  // sigmas: over ten parameters one in 2,000 by chance
+// A scatter of few pieces is known roughly: what makes kThreshold of its sigmas as rare.
+double TailsOf(int dof);
 
 // What vehicles of one kind, or one vehicle on two days, differ by in a parameter, at `value`.
 // `arm` (m): mean distance of the rotors. 0: nothing.
@@ -30,8 +32,13 @@ struct FlightJudge {
   // True if contradicted. `file`, `at`: where it is stated; null: nowhere.
   bool Compare(const std::string& parameter, double stated, const FlightValue& value,
                const VehicleFile* file, const Reading* at) const;
-  // What each contradicted number costs in prediction; the dearest first.
+  // What each number that differs costs in prediction; the dearest that is contradicted first.
   void AddCosts() const;
+
+ private:
+  // None for what no replay sees.
+  std::optional<ErrorByHorizon> CostOf(const std::string& parameter, double stated,
+                                       double shown) const;
 };
 
 }  // namespace trueline

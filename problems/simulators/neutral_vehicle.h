@@ -53,6 +53,7 @@ inline constexpr NeutralInfo kNeutral[] = {
     // What logs alone are compared by, too.
     {"K_xy", "1/s", "force along body x by air speed along y, by mass"},
     {"K_yx", "1/s", "force along body y by air speed along x, by mass"},
+    {"K_twice", "1/s", "force by air speed that is turned into the body once too often, by mass"},
     {"L_p", "1/s", "roll acceleration by roll rate (damping: negative)"},
     {"M_q", "1/s", "pitch acceleration by pitch rate (damping: negative)"},
     {"N_r", "1/s", "yaw acceleration by yaw rate (damping: negative)"},

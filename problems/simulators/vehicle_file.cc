@@ -320,6 +320,8 @@ double FileNumber(const Reading& reading, const VehicleFile& file, const Neutral
 bool States(const std::string& field, const std::string& parameter) {
   if (field == parameter) return true;
   if (field == "body_mass") return parameter == "m";
+  // Places that count from the centre of mass move with it.
+  if (field.ends_with("_M")) return parameter == std::string("r_BM_") + field[0];
   if (field == "spin_k_m") return parameter == "k_m";
   if (field == "K" || field == "c") return parameter.starts_with(field + "_");
   if (field.starts_with("rise")) return parameter == "tau";

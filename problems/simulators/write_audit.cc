@@ -67,13 +67,15 @@ void WriteAudit(const Audit& audit, const std::filesystem::path& directory) {
   }
   node["compared"] = Sequence();
   for (const Compared& c : audit.compared) {
-    node["compared"].push_back(FlowMap({{"parameter", c.parameter},
-                                        {"file_value", Rounded(c.file_value, 5)},
-                                        {"flight_value", Rounded(c.flight_value, 5)},
-                                        {"sigma", Rounded(c.sigma, 3)},
-                                        {"tolerance", Rounded(c.tolerance, 3)},
-                                        {"unit", c.unit},
-                                        {"contradicted", c.contradicted ? "true" : "false"}}));
+    YAML::Node entry = FlowMap({{"parameter", c.parameter},
+                                {"file_value", Rounded(c.file_value, 5)},
+                                {"flight_value", Rounded(c.flight_value, 5)},
+                                {"sigma", Rounded(c.sigma, 3)},
+                                {"tolerance", Rounded(c.tolerance, 3)},
+                                {"unit", c.unit},
+                                {"contradicted", c.contradicted ? "true" : "false"}});
+    if (c.cost) entry["cost"] = ErrorsNode(*c.cost);
+    node["compared"].push_back(entry);
   }
   if (audit.before) node["before"] = ErrorsNode(*audit.before);
   if (audit.after) node["after"] = ErrorsNode(*audit.after);
@@ -111,9 +113,18 @@ std::string AuditTable(const Audit& audit) {
     if (c.contradicted || std::ranges::any_of(audit.contradicted, same(c.parameter))) continue;
     const auto rough = std::ranges::find_if(audit.not_judged, same(c.parameter));
     const bool decided = rough == audit.not_judged.end();
-    table += fmt::format("{:<13} {:<17} file {:.4g}, flight {:.4g} +- {:.2g} {}{}\n",
-                         decided ? "agrees:" : "undecided:", c.parameter, c.file_value,
-                         c.flight_value, c.sigma, c.unit, decided ? "" : "; " + rough->fly);
+    table += fmt::format("{:<13} {:<17} file {:.4g}, flight {:.4g} +- {:.2g} {}",
+                         !decided ? "undecided:"
+                         : c.cost ? "differs:"
+                                  : "agrees:",
+                         c.parameter, c.file_value, c.flight_value, c.sigma, c.unit);
+    if (!decided) {
+      table += "; " + rough->fly;
+    } else if (c.cost) {
+      table += fmt::format(", as vehicles of one kind do; costs {} in 0.5 s",
+                           ErrorInWords((*c.cost)[1]));
+    }
+    table += "\n";
   }
   for (const Lack& lack : audit.lacks) {
     table += fmt::format("lacks:        {}: {}\n", lack.effect, lack.text);

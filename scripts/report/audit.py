@@ -84,7 +84,11 @@ def _compared(result):
     def verdict_of(c):
         if c["contradicted"] or c["parameter"] in contradicted:
             return "contradicted"
-        return f'undecided: {undecided[c["parameter"]]}' if c["parameter"] in undecided else "agrees"
+        if c["parameter"] in undecided:
+            return f'undecided: {undecided[c["parameter"]]}'
+        if "cost" in c:
+            return f'differs as vehicles of one kind do; costs {_error(c["cost"], 0.5)} m in 0.5 s'
+        return "agrees"
     rows = [[escape(c["parameter"]), number(c["file_value"], 4),
              with_sigma(c["flight_value"], c["sigma"]), number(c["tolerance"], 2),
              escape(c["unit"]), escape(verdict_of(c))] for c in result["compared"]]

@@ -223,6 +223,66 @@ TEST_F(AuditTest, SlowNamesInertiaThatIsHeldAway) {
   EXPECT_NEAR(named["I_z"] / 1.076e-3, 1.0, 0.1);
 }
 
+// What vehicles of one kind differ by is no error, but what it costs is said.
+TEST_F(AuditTest, SlowSaysWhatADifferenceWithinTheScatterCosts) {
+  const Audit audit = Of(Replaced(Right("rotorpy"), "Ixx: 0.000623", "Ixx: 0.000693"));
+  EXPECT_TRUE(audit.contradicted.empty()) << AuditTable(audit);
+  const auto of = [&](const char* name) {
+    return *std::ranges::find(audit.compared, name, &Compared::parameter);
+  };
+  EXPECT_TRUE(of("I_x").cost) << AuditTable(audit);
+  EXPECT_FALSE(of("I_y").cost);
+  EXPECT_THAT(AuditTable(audit), HasSubstr("differs:      I_x"));
+}
+
+// A flight shows the arm over the inertia; which of them is wrong is not known without a ruler.
+TEST_F(AuditTest, SlowConfusesTheArmWithInertia) {
+  NeutralVehicle other = Truth();
+  for (Numbers& rotor : other.rotors) rotor["x"] *= std::sqrt(2.0), rotor["y"] *= std::sqrt(2.0);
+  Right("rotorpy");
+  const std::string wrong = ExportVehicle(other, FindTarget("rotorpy")).files[0].text;
+  FlightLog log = Flight();
+  log.vehicle->rotors.clear();
+  const Audit audit = Of(wrong, log);
+  ASSERT_EQ(audit.contradicted.size(), 2U) << AuditTable(audit);
+  for (const Contradicted& entry : audit.contradicted) {
+    EXPECT_THAT(entry.parameter, HasSubstr("I_"));
+    EXPECT_THAT(entry.confused_with, Contains("arm"));
+  }
+  EXPECT_EQ(Of(wrong).contradicted.front().parameter, "arm");
+}
+
+// Places that count from the centre of mass move with it.
+TEST_F(AuditTest, SlowMovesRotorsWithTheCentreOfMass) {
+  NeutralVehicle other = Truth();
+  for (Numbers& rotor : other.rotors) rotor["x"] += 0.012;
+  Right("rotorpy");
+  const Audit audit = Of(ExportVehicle(other, FindTarget("rotorpy")).files[0].text);
+  ExpectNamed(audit, "r_BM_x", 0.012);
+  EXPECT_LT((*audit.after)[1], 0.2 * (*audit.before)[1]);
+}
+
+// Commands answer what the vehicle does; the lag is not biased by that.
+TEST_F(AuditTest, SlowShowsTheLagByCommandsAlone) {
+  FlightLog log = Flight();
+  log.rotors.clear();
+  const FlightValue lag = EstimateFromFlight(log, Truth()).values.at("tau");
+  ASSERT_TRUE(lag.shown);
+  EXPECT_NEAR(lag.value, kLag, 2.5 * lag.sigma);
+  EXPECT_LT(lag.sigma, 0.5 * kLag);
+}
+
+// Rotors that log.yaml states in another order than the file: what is sent by number needs it.
+TEST_F(AuditTest, SlowSaysThatTheLogHasAnotherOrderOfRotors) {
+  NeutralVehicle other = Truth();
+  std::ranges::swap(other.rotors[0], other.rotors[1]);
+  std::ranges::swap(other.rotors[2], other.rotors[3]);
+  Right("rotorpy");
+  const Audit audit = Of(ExportVehicle(other, FindTarget("rotorpy")).files[0].text);
+  EXPECT_TRUE(audit.contradicted.empty()) << AuditTable(audit);
+  EXPECT_THAT(audit.warnings, Contains(HasSubstr("are the file's rotors 1, 0, 3, 2")));
+}
+
 TEST_F(AuditTest, SlowNamesAThrustConstantInAnotherUnit) {
   const Audit audit = Of(Replaced(Right("flightmare"), "[3.811e-07,", "[3.4752e-05,"));
   ExpectNamed(audit, "k_f", 3.811e-7);

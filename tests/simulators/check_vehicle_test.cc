@@ -215,10 +215,10 @@ TEST_F(FileChecks, CompareTheCentreOfMass) {
   v.body["r_BM_z"] = -0.02;
   Text(v, "gz");
   const std::vector<VehicleFile> files = ReadVehicleFiles({first.string(), path_.string()});
-  const std::vector<FileFinding> findings = CompareVehicles(files);
+  const std::vector<Contradicted> findings = CompareVehicles(files);
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].parameter, "r_BM_z");
-  EXPECT_NEAR(findings[0].value, -0.02, 1e-3);
+  EXPECT_NEAR(findings[0].file_value, -0.02, 1e-3);
 }
 
 TEST_F(FileChecks, NameWhatNoVehicleHas) {

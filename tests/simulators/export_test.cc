@@ -187,7 +187,7 @@ TEST_F(ExportTest, EveryTargetReadsBackWithoutFault) {
     EXPECT_TRUE(read[0].vehicle.Flies()) << target.name;
     EXPECT_NEAR(read[0].vehicle.Get("m"), 0.2463, 1e-6) << target.name;
     EXPECT_NEAR(read[0].vehicle.Get("I_y") / 0.678e-3, 1.0, 1e-4) << target.name;
-    for (const FileFinding& finding : CheckVehicle(read[0])) {
+    for (const Contradicted& finding : CheckVehicle(read[0])) {
       const bool drag = finding.parameter.find("K") != std::string::npos;
       EXPECT_TRUE(drag) << target.name << ": " << finding.text;
     }

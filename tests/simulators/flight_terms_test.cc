@@ -98,6 +98,17 @@ TEST(FlightTerms, DragThatIsTurnedTwice) {
   EXPECT_NEAR(terms.at("K_yx").value, -terms.at("K_xy").value, 0.05);
 }
 
+void TurnedTwice(const Acting& a) { a.sum->force -= kAirDrag * (a.body.q.conjugate() * a.v); }
+
+// The same where the vehicle heads along the world's axes: only tilts tell.
+TEST(FlightTerms, DragThatIsTurnedTwiceAtAHeadingOfZero) {
+  FlightEstimate estimate;
+  estimate.vehicle = MadeQuadrotor();
+  const FlightValue twice = TermsOf(FlyBy(TurnedTwice, 3), estimate).at("K_twice");
+  EXPECT_NEAR(twice.value, kDragByMass, std::max(3.0 * twice.sigma, 0.05));
+  EXPECT_GT(std::abs(twice.value), 4.0 * twice.sigma);
+}
+
 TEST(FlightTerms, DampingOfTheOtherSign) {
   constexpr double kDamping = 1.5e-3;  // N m s
   const NeutralVehicle v = MadeQuadrotor();
@@ -187,6 +198,10 @@ TEST(FlightTerms, SlowLogsAloneNameMistakesInCode) {
     EXPECT_TRUE(entry.parameter == "L_p" || entry.parameter == "M_q" || entry.parameter == "N_r")
         << AuditTable(audit);
   }
+  const Audit turned = AuditLogs(FlyBy(TurnedTwice, 1), {FlyBy(Drag, 2)});
+  ASSERT_FALSE(turned.contradicted.empty());
+  EXPECT_EQ(turned.contradicted[0].parameter, "K_twice") << AuditTable(turned);
+  EXPECT_TRUE(AuditLogs(FlyBy(Drag, 1), {FlyBy(Drag, 2)}).contradicted.empty());
 }
 
 }  // namespace
