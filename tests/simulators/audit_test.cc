@@ -225,14 +225,16 @@ TEST_F(AuditTest, SlowNamesInertiaThatIsHeldAway) {
 
 // What vehicles of one kind differ by is no error, but what it costs is said.
 TEST_F(AuditTest, SlowSaysWhatADifferenceWithinTheScatterCosts) {
-  const Audit audit = Of(Replaced(Right("rotorpy"), "Ixx: 0.000623", "Ixx: 0.000693"));
+  NeutralVehicle vehicle = Truth();
+  vehicle.body["r_BM_x"] = 0.003;
+  const Audit audit = Of(Right("rotorpy"), Fly(3, kLag, vehicle));
   EXPECT_TRUE(audit.contradicted.empty()) << AuditTable(audit);
   const auto of = [&](const char* name) {
     return *std::ranges::find(audit.compared, name, &Compared::parameter);
   };
-  EXPECT_TRUE(of("I_x").cost) << AuditTable(audit);
-  EXPECT_FALSE(of("I_y").cost);
-  EXPECT_THAT(AuditTable(audit), HasSubstr("differs:      I_x"));
+  EXPECT_TRUE(of("r_BM_x").cost) << AuditTable(audit);
+  EXPECT_FALSE(of("r_BM_y").cost);
+  EXPECT_THAT(AuditTable(audit), HasSubstr("differs:      r_BM_x"));
 }
 
 // A flight shows the arm over the inertia; which of them is wrong is not known without a ruler.
