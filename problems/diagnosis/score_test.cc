@@ -125,7 +125,7 @@ double ScoreTest::Sharing(const Vector& size) const {
 
 double ScoreTest::DegreesOfFreedom(const Vector& size) const {
   constexpr double kOfPrior = 2.0;
-  return kOfPrior + std::max(0.0, Sharing(size) - static_cast<double>(size.size()));
+  return kOfPrior + std::max(0.0, Sharing(size) - 1.0);
 }
 
 void ScoreTest::Judge(const Vector& whole_value) {
