@@ -77,7 +77,6 @@ class DiagnosedFlight {
 
   // Solves with the causes in the model, refines their values and learns the noise again.
   virtual void Fit(std::vector<Found>* found) = 0;
-  virtual int clusters() const = 0;
   // The last Fit with columns for its causes, for `candidates` at their neutral values, and for
   // the drive's terms. It must not outlive the flight.
   virtual std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,

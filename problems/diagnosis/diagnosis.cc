@@ -74,8 +74,7 @@ class FlightDiagnosis {
     DescribeTerms(&rounds);
     JudgeBesideTerms(&rounds);
     AddRemaining(rounds);
-    const double alpha_of_one = options_.alpha / std::max(1, DistinctIds(AllCandidates(*flight_)));
-    WidenDetectable(*tests_, unstated_, alpha_of_one, &diagnosis_.candidates);
+    WidenDetectable(*tests_, unstated_, AlphaOfOne(), &diagnosis_.candidates);
     if (false_data_report) diagnosis_.candidates.push_back(*false_data_report);
     diagnosis_.not_shown = NotShown(diagnosis_.candidates);
     AddSignificantAside(rounds);
@@ -94,6 +93,11 @@ class FlightDiagnosis {
   }
 
  private:
+  // Of one effect of the catalogue.
+  double AlphaOfOne() const {
+    return options_.alpha / std::max(1, DistinctIds(AllCandidates(*flight_)));
+  }
+
   // False data that remain after the catalogue's effects are fitted: a strongly rotated camera also
   // displaces all fixes of a pass. Terms that are significant beside them must be explained by
   // them.
@@ -182,8 +186,7 @@ class FlightDiagnosis {
       if (std::ranges::count(rivals, c) == 0) others.push_back(c);
     }
     const FlightEvidence rest(*flight_, others);
-    const std::vector<TestedTerm> remaining = RemainingTerms(rest, options_.alpha);
-    unstated_ = remaining.empty() ? 0.0 : remaining.front().merit;
+    unstated_ = StrongestOf(RemainingTerms(rest, options_.alpha));
     std::vector<int> beside;
     for (std::size_t k = 0; k < rivals.size(); ++k) {
       beside = Concatenated(std::move(beside), rest.fit().candidates[k].columns);
@@ -225,11 +228,9 @@ class FlightDiagnosis {
     if (!terms_.empty()) {
       by.clear();
       const FlightEvidence rest(*flight_, {});
-      unstated_ = 0.0;
-      for (const TestedTerm& t : RemainingTerms(rest, options_.alpha)) {
-        by.push_back(t.name);
-        unstated_ = std::max(unstated_, t.merit);
-      }
+      const std::vector<TestedTerm> remaining = RemainingTerms(rest, options_.alpha);
+      for (const TestedTerm& t : remaining) by.push_back(t.name);
+      unstated_ = StrongestOf(remaining);
     }
     for (const DescribedTerm& t : diagnosis_.open.described) {
       if (!TermRepeats(t)) by.push_back(t.term.Name());
@@ -269,7 +270,7 @@ class FlightDiagnosis {
     }
     aside = Without(aside, rounds.found);
     if (aside.empty() || (diagnosis_.causes.empty() && diagnosis_.open.described.empty())) return;
-    const double alpha = options_.alpha / std::max(1, DistinctIds(AllCandidates(*flight_)));
+    const double alpha = AlphaOfOne();
     const FlightEvidence evidence(*flight_, aside);
     for (const Tested& tested : evidence.tested()) {
       const bool remains = tested.Significant(alpha);

@@ -49,7 +49,6 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   std::vector<VelocitySample> Path() const override { return path_; }
   CatalogueScope Scope() const override;
   void Fit(std::vector<Found>* found) override;
-  int clusters() const override { return plan_.clusters; }
   std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
                                            bool terms) const override;
   bool CanModel(const TermForm&) const override { return true; }

@@ -61,9 +61,9 @@ struct TestedOpenTerm {
 
 bool HasMoreGain(const TestedOpenTerm* a, const TestedOpenTerm* b) { return a->gain() > b->gain(); }
 
-// Steps of the column by half of the flight.
+// Steps of the column by half of the flight. `information`: about it, by cluster.
 void TestHalves(const Linearisation& fit, const std::vector<int>& nuisances, int tested,
-                TestedOpenTerm* t) {
+                const VectorXd& information, TestedOpenTerm* t) {
   constexpr int kBlocks = 4;
   const auto width = fit.b().size();
   const Eigen::LDLT<Eigen::MatrixXd> nn(Eigen::MatrixXd(fit.M()(nuisances, nuisances)));
@@ -74,7 +74,6 @@ void TestHalves(const Linearisation& fit, const std::vector<int>& nuisances, int
   residual(nuisances) = -nn.solve(VectorXd(fit.b()(nuisances)));
   residual[width] = 1.0;
   const VectorXd scores = fit.ClusterProducts(residual, column);
-  const VectorXd information = fit.ClusterProducts(column, column);
   std::array<double, 2> score = {}, weight = {}, scatter = {};
   const Eigen::Index clusters = scores.size();
   const auto half = [&](Eigen::Index c) { return (kBlocks * c / clusters) % 2; };
@@ -98,9 +97,9 @@ void TestHalves(const Linearisation& fit, const std::vector<int>& nuisances, int
 
 void Test(const Linearisation& fit, const std::vector<int>& nuisances, int tested,
           TestedOpenTerm* t) {
-  TestHalves(fit, nuisances, tested, t);
   t->own = OwnShare(fit, nuisances, tested);
   t->test = TestColumns(fit, nuisances, {tested}, VectorXd::Constant(1, t->ordinary));
+  TestHalves(fit, nuisances, tested, t->test.information, t);
   t->Judge();
 }
 
@@ -337,12 +336,14 @@ class OpenSearch {
   bool IsShownInModel(std::size_t k, std::vector<DescribedTerm>* described) const {
     const auto fit = flight_.Linearise({}, false);
     TestedOpenTerm t{*found_[k].candidate.term};
-    TestHalves(*fit, fit->Beside(k), fit->found[k].columns.front(), &t);
     t.test = TestFound(*fit, found_, k);
+    const double unit = fit->found[k].unit[0];  // of the column; the test is in the term's
+    TestHalves(*fit, fit->Beside(k), fit->found[k].columns.front(),
+               unit * unit * t.test.information, &t);
     t.Judge();
     for (SizeWithSigma& half : t.halves) {
-      half.value = found_[k].value[0] + half.value * fit->found[k].unit[0];
-      half.sigma *= fit->found[k].unit[0];
+      half.value = found_[k].value[0] + half.value * unit;
+      half.sigma *= unit;
     }
     DescribedTerm& of = *InModel(k, described);
     of.size = {found_[k].value[0], t.sigma};

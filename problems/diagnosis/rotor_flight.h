@@ -37,7 +37,7 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   const FlightLog& log() const override { return log_; }
   CatalogueScope Scope() const override;
   void Fit(std::vector<Found>* found) override;
-  int clusters() const override;
+  int clusters() const;
   std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
                                            bool terms) const override;
   bool CanModel(const TermForm& term) const override {

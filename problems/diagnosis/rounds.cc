@@ -79,7 +79,7 @@ class CauseSearch {
         StoreReports(*outcome.evidence);
         rounds_.tests = outcome.evidence;
       }
-      rounds_.unstated = remaining.empty() ? 0.0 : remaining.front().merit;
+      rounds_.unstated = StrongestOf(remaining);
       rounds_.goes_with.clear();
       for (const TestedTerm& term : remaining) rounds_.goes_with.push_back(term.name);
       rounds_.impossible.clear();
@@ -186,8 +186,7 @@ class CauseSearch {
     constexpr double kFirstSize = 0.5;  // of the largest plausible
     constexpr double kLeast = 0.1;      // of the merit of what remains
     const FlightEvidence& evidence = *outcome.evidence;
-    double remaining = 0.0;
-    for (const TestedTerm& t : outcome.remaining) remaining = std::max(remaining, t.merit);
+    const double remaining = StrongestOf(outcome.remaining);
     if (static_cast<int>(rounds_.found.size()) >= kMostCauses) return false;
     std::vector<Tested> likely;
     for (const std::size_t i : BestOfEach(evidence.tested())) {
@@ -299,17 +298,23 @@ Rounds SearchCauses(const std::vector<Candidate>& candidates, const SearchOption
 
 void WidenDetectable(const FlightEvidence& tests, double unstated, double alpha,
                      std::vector<CandidateReport>* reports) {
+  if (unstated == 0.0) return;
   const Linearisation& fit = tests.fit();
   for (std::size_t i = 0; i < tests.tested().size(); ++i) {
     const Tested& t = tests.tested()[i];
     ScoreTest test = t.test;
     test.Scale(t.columns.unit);
-    for (const Eigen::MatrixXd& error : UnstatedErrorsOf(
-             fit, t.candidate, t.columns, fit.Modelled(), tests.candidates(), unstated)) {
-      const Eigen::VectorXd size = DetectableSize(test, alpha / t.tried, error);
-      (*reports)[i].detectable = (*reports)[i].detectable.cwiseMax(size);
-    }
+    const UnstatedErrors errors =
+        UnstatedErrorsOf(fit, t.candidate, t.columns, fit.Modelled(), tests.candidates(), unstated);
+    const Eigen::VectorXd size = DetectableSize(test, alpha / t.tried, errors);
+    (*reports)[i].detectable = (*reports)[i].detectable.cwiseMax(size);
   }
+}
+
+double StrongestOf(const std::vector<TestedTerm>& terms) {
+  double merit = 0.0;
+  for (const TestedTerm& t : terms) merit = std::max(merit, t.merit);
+  return merit;
 }
 
 std::vector<TestedTerm> RemainingTerms(const FlightEvidence& evidence, double alpha) {

@@ -36,6 +36,9 @@ void WidenDetectable(const FlightEvidence& tests, double unstated, double alpha,
 // True if at least half of a cause's size is left in `test`, which has other columns as nuisances.
 bool RetainsHalf(const Found& f, const ScoreTest& test);
 
+// The merit of the strongest of them; zero for none.
+double StrongestOf(const std::vector<TestedTerm>& terms);
+
 // Terms that are no effect, and effects of impossible sizes, that are significant; strongest first.
 std::vector<TestedTerm> RemainingTerms(const FlightEvidence& evidence, double alpha);
 

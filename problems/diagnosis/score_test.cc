@@ -60,8 +60,8 @@ LinearEstimate EstimateOf(const Projected& projected) {
   return estimate;
 }
 
-double FreeClusters(const Matrix& information, int size) {
-  return std::max(1.0, static_cast<double>(information.rows() - size));
+double FreeClusters(Eigen::Index clusters, int size) {
+  return std::max(1.0, static_cast<double>(clusters - size));
 }
 
 // Information by cluster about each of the tested columns.
@@ -139,7 +139,7 @@ void ScoreTest::Judge(const Vector& whole_value) {
     return;
   }
   p_model = ChiSquareTail(chi2, size);
-  p_cluster = FTail(chi2_cluster / size, size, FreeClusters(information, size));
+  p_cluster = FTail(chi2_cluster / size, size, FreeClusters(information.rows(), size));
 }
 
 void ScoreTest::LimitTo(double most) {
@@ -165,9 +165,9 @@ ScoreTest TestColumns(const Linearisation& fit, const Indices& nuisances, const 
   test.value = estimate.value;
   test.gain = estimate.gain;
   const Matrix scores = ClusterScores(fit, projected, test.value, nuisances, tested);
-  const int clusters = static_cast<int>(scores.rows());
+  const auto clusters = static_cast<double>(scores.rows());
   const Matrix scatter =
-      scores.transpose() * scores * (double(clusters) / std::max(1, clusters - size));
+      scores.transpose() * scores * (clusters / FreeClusters(scores.rows(), size));
   const Matrix cov_cluster = cov * scatter * cov;
   test.sigma = cov.diagonal().cwiseMax(cov_cluster.diagonal()).cwiseSqrt();
   const Matrix usual = ordinary.cwiseAbs2().asDiagonal();
@@ -192,18 +192,21 @@ ScoreTest TestFound(const Linearisation& fit, const std::vector<Found>& found, s
   return test;
 }
 
-Vector DetectableSize(const ScoreTest& test, double alpha, const Matrix& error) {
+Vector DetectableSize(const ScoreTest& test, double alpha, const std::vector<Matrix>& errors) {
   const int size = static_cast<int>(test.value.size());
   const double by_model = NonCentralityFor(ChiSquareCritical(alpha, size), size, 0.95);
   const double by_cluster = NonCentralityFor(
-      size * FCritical(alpha, size, FreeClusters(test.information, size)), size, 0.95);
+      size * FCritical(alpha, size, FreeClusters(test.information.rows(), size)), size, 0.95);
   // One parameter at a time, the effect's others at zero: v^2 / model is the non-centrality.
-  const auto variance = [&](Matrix cov) -> Vector {
-    if (error.size() > 0) cov += error;
-    return cov.inverse().diagonal().cwiseInverse();
+  const auto square = [&](const Matrix& error) -> Vector {
+    const auto variance = [&](const Matrix& cov) -> Vector {
+      return Matrix(cov + error).inverse().diagonal().cwiseInverse();
+    };
+    return (by_model * variance(test.cov_model)).cwiseMax(by_cluster * variance(test.cov_cluster));
   };
-  const Vector model = variance(test.cov_model), cluster = variance(test.cov_cluster);
-  return (by_model * model).cwiseMax(by_cluster * cluster).cwiseSqrt();
+  Vector squares = square(Matrix::Zero(size, size));
+  for (const Matrix& error : errors) squares = squares.cwiseMax(square(error));
+  return squares.cwiseSqrt();
 }
 
 }  // namespace trueline

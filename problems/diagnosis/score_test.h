@@ -66,9 +66,9 @@ ScoreTest TestColumns(const Linearisation& fit, const std::vector<int>& nuisance
 ScoreTest TestFound(const Linearisation& fit, const std::vector<Found>& found, std::size_t which,
                     const std::vector<int>& beside = {});
 
-// Sizes, by column, that the test finds with 95 % power at level `alpha`. `error`: covariance that
-// an error of the model adds to the value.
+// Sizes, by column, that the test finds with 95 % power at level `alpha`, whichever of the errors
+// of the model, by their covariances, adds to the value.
 Eigen::VectorXd DetectableSize(const ScoreTest& test, double alpha,
-                               const Eigen::MatrixXd& error = {});
+                               const std::vector<Eigen::MatrixXd>& errors = {});
 
 }  // namespace trueline

@@ -188,38 +188,40 @@ class StreamFit {
     for (Eigen::Index k = 0; k < neutral.size(); ++k) neutral[k] = unknowns_[k].value;
     return neutral;
   }
+  // Calls `visit(candidate, at, column)` with the place of each one's sizes among the unknowns, and
+  // with the column of the offsets that states it; none for an effect that corrects the log.
+  template <class Visit>
+  void ForEachCandidate(Visit&& visit) const {
+    Eigen::Index at = 0;
+    for (const Candidate& c : candidates_) {
+      const auto stated = comparison_.stated_by.find(c.id());
+      const bool corrects = stated == comparison_.stated_by.end();
+      visit(c, at, corrects ? std::nullopt : std::optional(stated->second));
+      at += c.size();
+    }
+  }
   // What the log of the next pass is corrected for.
   VectorXd Corrected(const VectorXd& sizes) const {
     VectorXd corrected = sizes - Neutral();
-    Eigen::Index at = 0;
-    for (const Candidate& c : candidates_) {
-      if (comparison_.stated_by.contains(c.id())) corrected.segment(at, c.size()).setZero();
-      at += c.size();
-    }
+    ForEachCandidate([&](const Candidate& c, Eigen::Index at, std::optional<int> column) {
+      if (column) corrected.segment(at, c.size()).setZero();
+    });
     return corrected;
   }
   std::vector<Effect> EffectsAt(const VectorXd& sizes) const {
     std::vector<Effect> effects;
-    Eigen::Index at = 0;
-    for (const Candidate& c : candidates_) {
-      if (!comparison_.stated_by.contains(c.id())) {
-        effects.push_back(c.At(sizes.segment(at, c.size())));
-      }
-      at += c.size();
-    }
+    ForEachCandidate([&](const Candidate& c, Eigen::Index at, std::optional<int> column) {
+      if (!column) effects.push_back(c.At(sizes.segment(at, c.size())));
+    });
     return effects;
   }
   // Rows less what the effects of these sizes do that one of their columns states.
   StreamRows WithStated(const VectorXd& sizes, StreamRows rows) const {
-    Eigen::Index at = 0;
-    for (const Candidate& c : candidates_) {
-      if (const auto stated = comparison_.stated_by.find(c.id());
-          stated != comparison_.stated_by.end()) {
-        rows.r -= sizes[at] * rows.nuisances.col(stated->second);
-        rows.nuisances.col(stated->second).setZero();
-      }
-      at += c.size();
-    }
+    ForEachCandidate([&](const Candidate&, Eigen::Index at, std::optional<int> column) {
+      if (!column) return;
+      rows.r -= sizes[at] * rows.nuisances.col(*column);
+      rows.nuisances.col(*column).setZero();
+    });
     return rows;
   }
 

@@ -61,7 +61,7 @@ TEST(ScoreTest, AnErrorOfTheModelHidesSizes) {
   const double alone = DetectableSize(test, 1e-3)[0];
   EXPECT_GT(alone, 4.0 * test.sigma[0]);
   const Eigen::MatrixXd error = test.sigma.cwiseAbs2().asDiagonal();
-  EXPECT_NEAR(DetectableSize(test, 1e-3, error)[0], std::sqrt(2.0) * alone, 0.05 * alone);
+  EXPECT_NEAR(DetectableSize(test, 1e-3, {error})[0], std::sqrt(2.0) * alone, 0.05 * alone);
 }
 
 // What rounding leaves of a column is no evidence, whatever its size.
