@@ -151,36 +151,45 @@ class FlightDiagnosis {
 
   // A misfit that no possible effect states is a rival explanation: a cause must be shown beside
   // the terms that describe it, and beside effects of impossible sizes, each of which may be but
-  // like the error that is there. The others are fitted again without one that is not shown.
+  // like the error that is there. The least significant that is not shown goes. The others are then
+  // fitted and judged anew: the misfit may have come from it.
   void JudgeBesideTerms(Rounds* rounds) {
     const std::vector<Candidate> rivals = Without(rounds->impossible, rounds->found);
     if (terms_.empty() && rivals.empty() && rounds->goes_with.empty()) return;
+    std::vector<double> alone;
+    for (const Cause& cause : diagnosis_.causes) alone.push_back(cause.evidence.flight);
     while (!rounds->found.empty()) {
       std::vector<Found> all = Concatenate(rounds->found, terms_);
-      const std::vector<double> evidence = EvidenceBeside(rivals, all, *rounds);
-      std::size_t worst = rounds->found.size();
-      for (std::size_t i = 0; i < rounds->found.size(); ++i) {
-        Cause& cause = diagnosis_.causes[FalseData(*rounds) + i];
-        cause.evidence.flight = std::min(cause.evidence.flight, evidence[i]);
+      const std::vector<Beside> beside = JudgeBeside(rivals, all, *rounds);
+      const std::size_t first = FalseData(*rounds);
+      std::size_t least = beside.size();
+      for (std::size_t i = 0; i < beside.size(); ++i) {
+        Cause& cause = diagnosis_.causes[first + i];
+        cause.evidence.flight = std::min(alone[first + i], beside[i].evidence);
         cause.because = WhyNotNamed(cause, options_.alpha);
-        if (!cause.because.empty()) worst = i;
+        if (cause.because.empty()) continue;
+        if (least == beside.size() || beside[i].z < beside[least].z) least = i;
       }
-      if (worst == rounds->found.size()) return;
-      const auto cause = diagnosis_.causes.begin() + static_cast<long>(FalseData(*rounds) + worst);
+      if (least == beside.size()) return;
+      const auto cause = diagnosis_.causes.begin() + static_cast<long>(first + least);
       cause->because += ", beside what describes the rest of the misfit";
       diagnosis_.set_aside.push_back(*cause);
       diagnosis_.causes.erase(cause);
-      rounds->Remove(worst);
+      alone.erase(alone.begin() + static_cast<long>(first + least));
+      rounds->Remove(least);
       all = Concatenate(rounds->found, terms_);
       flight_->Fit(&all);
       StoreValues(all, rounds);
     }
   }
 
-  // What the flight says of each cause beside the misfit that remains. Stores what that misfit adds
-  // to the error of each.
-  std::vector<double> EvidenceBeside(const std::vector<Candidate>& rivals,
-                                     const std::vector<Found>& all, const Rounds& rounds) {
+  // What the flight says of a cause, beside the misfit that remains and without it.
+  struct Beside {
+    double evidence, z;
+  };
+  // Stores what that misfit adds to the error of each cause.
+  std::vector<Beside> JudgeBeside(const std::vector<Candidate>& rivals,
+                                  const std::vector<Found>& all, const Rounds& rounds) {
     std::vector<Candidate> others = rivals;
     for (const Candidate& c : Without(AllCandidates(*flight_), rounds.found)) {
       if (std::ranges::count(rivals, c) == 0) others.push_back(c);
@@ -191,7 +200,7 @@ class FlightDiagnosis {
     for (std::size_t k = 0; k < rivals.size(); ++k) {
       beside = Concatenated(std::move(beside), rest.fit().candidates[k].columns);
     }
-    std::vector<double> evidence;
+    std::vector<Beside> judged;
     for (std::size_t i = 0; i < rounds.found.size(); ++i) {
       Cause& cause = diagnosis_.causes[FalseData(rounds) + i];
       const UnstatedErrors errors =
@@ -199,10 +208,11 @@ class FlightDiagnosis {
                            others, unstated_);
       cause.unstated_sigma = MeanSigma(errors, cause.value.size());
       AddOthersEvidence(options_, &cause);
-      evidence.push_back(FlightEvidenceOf(TestFound(rest.fit(), all, i, beside),
-                                          PriorSizes(*all[i].candidate.info), errors));
+      judged.push_back({FlightEvidenceOf(TestFound(rest.fit(), all, i, beside),
+                                         PriorSizes(*all[i].candidate.info), errors),
+                        TestFound(rest.fit(), all, i).z()});
     }
-    return evidence;
+    return judged;
   }
 
   static std::vector<Found> Concatenate(std::vector<Found> first, const std::vector<Found>& more) {

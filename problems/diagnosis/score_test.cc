@@ -124,7 +124,7 @@ double ScoreTest::Sharing(const Vector& size) const {
 }
 
 double ScoreTest::DegreesOfFreedom(const Vector& size) const {
-  constexpr double kOfPrior = 2.0;
+  constexpr double kOfPrior = 4.0;
   return kOfPrior + std::max(0.0, Sharing(size) - 1.0);
 }
 

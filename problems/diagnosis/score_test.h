@@ -48,8 +48,10 @@ struct ScoreTest {
   // How many clusters share the information about an effect of this size; infinite where there are
   // no clusters.
   double Sharing(const Eigen::VectorXd& size) const;
-  // Of the scatter between the clusters that share it (Bell and McCaffrey 2002), and two of a
-  // prior: a scatter of several times that of the noise model is rare.
+  // Of the scatter between the clusters that share it (Bell and McCaffrey 2002), and of a prior
+  // (Smyth 2004). On 12 of 13 measured flights the scatter of all effects is 0.8 to 1.1 times the
+  // noise model's, few clusters allowed for, which would admit twenty. A misfit of one manoeuvre is
+  // no scatter, so that four are taken: with eight, drag changed on a throw where it did not.
   double DegreesOfFreedom(const Eigen::VectorXd& size) const;
   // Limits the noise model's chi-square to `gain`, twice the increase of the log likelihood.
   void LimitTo(double gain);
