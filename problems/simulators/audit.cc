@@ -465,10 +465,14 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
                     {inertia, inertia * value.sigma / value.value, true}, &file, file.Find("I_z"));
     }
     if (blame.both) {
-      const double in_file = file.vehicle.Get("I_z"), sigma = kShapeSigma * blame.usual;
+      const double in_file = file.vehicle.Get("I_z");
+      const double sigma =
+          std::hypot(kShapeSigma * blame.usual,
+                     kUsualYawInertia * (values["I_x"].sigma + values["I_y"].sigma));
       judge.Compare("I_z", in_file, {blame.usual, sigma, true}, &file, file.Find("I_z"));
       value.value *= blame.usual / in_file;
-      value.sigma = std::hypot(value.sigma * blame.usual / in_file, kShapeSigma * value.value);
+      value.sigma =
+          std::hypot(value.sigma * blame.usual / in_file, sigma / blame.usual * value.value);
     }
     if (!blame.inertia && JudgeMoment(judge, file, *ratio, value, values["k_f"])) {
       Contradicted& moment = audit.contradicted.back();

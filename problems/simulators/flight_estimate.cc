@@ -156,6 +156,15 @@ double Misfit(const RotorCalibration& c) {
   return 1.0;
 }
 
+// By axis, a share of the inertia. The angular acceleration and the rotors' moments both have
+// errors (delays, noise, moments of the air): the inertia lies between those by the slopes of the
+// one over the other and of the other over the one (Frisch 1934), as likely here as there. By
+// commands, whose speeds are the fit's, 0.
+Eigen::Array3d SigmaOfSlopes(const FlightLog& log, const NeutralVehicle& v) {
+  if (log.rotors.empty()) return Eigen::Array3d::Zero();
+  return (1.0 - FitFirst(log, v).correlation.array().square()) / std::sqrt(12.0);
+}
+
 FlightValue ValueOf(const RotorCalibration& c, const RotorPrior& prior, const std::string& name,
                     double scale) {
   const int i = FindRotorConstant(name);
@@ -250,8 +259,14 @@ FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& gi
     estimate.values[name] = value;
     if (value.shown) estimate.vehicle.body[name] = value.value;
   };
-  for (const char* name : {"I_x", "I_y", "r_BM_x", "r_BM_y", "K_x", "K_y", "K_z"}) {
+  for (const char* name : {"r_BM_x", "r_BM_y", "K_x", "K_y", "K_z"}) {
     set(name, ValueOf(c, options.prior, name, 1.0));
+  }
+  const Eigen::Array3d slopes = SigmaOfSlopes(log, fitted);
+  for (const auto& [name, axis] : {std::pair("I_x", 0), std::pair("I_y", 1)}) {
+    FlightValue inertia = ValueOf(c, options.prior, name, 1.0);
+    inertia.sigma = std::hypot(inertia.sigma, slopes[axis] * inertia.value);
+    set(name, inertia);
   }
   FlightValue thrust = ValueOf(c, options.prior, "k_f", fitted.Get("k_f"));
   FlightValue moment = ValueOf(c, options.prior, "k_m", fitted.Get("k_m"));
@@ -262,7 +277,8 @@ FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& gi
                           c.batch.cov(m, m) / (scale_m * scale_m) -
                           2.0 * c.batch.cov(f, m) / (scale_f * scale_m);
   const double ratio_sigma =
-      std::abs(ratio) * std::hypot(Misfit(c) * std::sqrt(std::max(0.0, relative)), kYawByHubs);
+      std::abs(ratio) *
+      std::hypot(Misfit(c) * std::sqrt(std::max(0.0, relative)), kYawByHubs, slopes.z());
   // A moment that could be none is not shown: the yaw of this flight is something else.
   moment.shown = moment.shown && ratio > kClear * ratio_sigma;
   // Beside the I_z that was given: the fit may have held another, and shows k_m / I_z.
