@@ -86,11 +86,23 @@ bool JudgeMoment(const FlightJudge& judge, const VehicleFile& file, double state
                        {ratio.value * thrust.value, ratio.sigma * thrust.value, true}, &file, at);
 }
 
-// Adds what the flight shows term by term; of drag the more certain of both.
+// Two readings of one flight: the mixture of both, which is no more certain where they differ.
+void Mix(const FlightValue& other, FlightValue* value) {
+  const double a = value->sigma * value->sigma, b = other.sigma * other.sigma;
+  const double share = a / (a + b), apart = other.value - value->value;
+  value->value += share * apart;
+  value->sigma = std::sqrt((1.0 - share) * a + share * b + share * (1.0 - share) * apart * apart);
+}
+
+// Adds what the flight shows term by term. The fit shows thrust and drag, too.
 void AddTerms(const FlightLog& log, FlightEstimate* flight) {
   for (const auto& [name, term] : TermsOf(log, *flight)) {
     FlightValue& value = flight->values[name];
-    if (name[0] != 'K' || !value.shown || term.sigma < value.sigma) value = term;
+    if (value.shown && (name[0] == 'K' || name == "k_f")) {
+      Mix(term, &value);
+    } else {
+      value = term;
+    }
   }
 }
 
@@ -151,6 +163,7 @@ std::vector<FlightEstimate> Estimates(const std::vector<FlightLog>& logs,
   std::vector<FlightEstimate> flights;
   for (const FlightLog& log : logs) {
     flights.push_back(EstimateFromFlight(log, InLogOrder(start, log)));
+    AddTerms(log, &flights.back());
     audit->logs.push_back(log.directory);
     for (const std::string& warning : flights.back().warnings) {
       audit->warnings.push_back(log.directory + ": " + warning);
@@ -558,8 +571,6 @@ Audit AuditLogs(const FlightLog& simulated, const std::vector<FlightLog>& logs) 
   // Both are fitted from one start, with one mass and one I_z: what differs is the simulator's.
   std::vector<FlightEstimate> in_simulator = Estimates({simulated}, flown, &audit);
   audit.logs.pop_back();
-  for (std::size_t i = 0; i < logs.size(); ++i) AddTerms(logs[i], &flights[i]);
-  AddTerms(simulated, &in_simulator.front());
   const std::map<std::string, FlightValue> values = Together(flights),
                                            simulator = Together(in_simulator);
   const FlightJudge judge{&audit, flights, start.Get("arm"), logs.front()};

@@ -130,6 +130,30 @@ Fit LeaveOut(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) {
   return fit;
 }
 
+// With what samples leave uncertain.
+FlightValue ValueOf(const Fit& fit, const Eigen::MatrixXd& X, const Eigen::VectorXd& y,
+                    Eigen::Index column, bool moment = false) {
+  const auto rows = static_cast<double>(X.rows());
+  const double size = std::sqrt(X.col(column).squaredNorm() / rows);
+  const double spread = std::sqrt((y.array() - y.mean()).square().sum() / rows);
+  const double sigma = std::hypot(fit.sigma[column], kBySampling * spread / size);
+  return {fit.value[column], sigma, true, size, moment};
+}
+
+// Thrust, by that of `v`, beside what air speed adds to it. It is hardly told from a bias, which is
+// the fit's.
+FlightValue Thrust(const std::vector<Window>& windows, double bias, const NeutralVehicle& v) {
+  Eigen::MatrixXd X(static_cast<Eigen::Index>(windows.size()), 3);
+  Eigen::VectorXd y(X.rows());
+  for (Eigen::Index k = 0; k < X.rows(); ++k) {
+    const Window& window = windows[static_cast<std::size_t>(k)];
+    X.row(k) << window.features[kByThrust] / v.Get("k_f"), window.features[kByAir + 2],
+        window.features[kByLift];
+    y[k] = window.force.z() - bias;
+  }
+  return ValueOf(LeaveOut(X, y), X, y, 0);
+}
+
 // Drag along axes that are not the body's: by both horizontal forces, beside that along x and y.
 FlightValue TurnedTwice(const std::vector<Window>& windows) {
   const auto pairs = static_cast<Eigen::Index>(windows.size()) - 1;
@@ -142,11 +166,7 @@ FlightValue TurnedTwice(const std::vector<Window>& windows) {
     X(k, 4) = window.features[kByTwice + axis];
     y[k] = window.force[axis];
   }
-  const Fit fit = LeaveOut(X, y);
-  const double rows = 2.0 * static_cast<double>(pairs);
-  const double size = std::sqrt(X.col(4).squaredNorm() / rows),
-               spread = std::sqrt((y.array() - y.mean()).square().sum() / rows);
-  return {fit.value[4], std::hypot(fit.sigma[4], kBySampling * spread / size), true, size};
+  return ValueOf(LeaveOut(X, y), X, y, 4);
 }
 
 }  // namespace
@@ -162,6 +182,9 @@ std::map<std::string, FlightValue> TermsOf(const FlightLog& log, const FlightEst
     std::vector<int> columns = {kUnit};
     if (moment) columns.push_back(kByTurn + equation - 3);
     if (equation == 2) columns.push_back(kByThrust);
+    // An accelerometer whose axes are those of another moment, as a filter or a converter may turn
+    // them, shows thrust by rates.
+    if (equation < 2) columns.push_back(kByRate + 1 - equation);
     const auto first = static_cast<Eigen::Index>(columns.size());
     std::vector<const char*> names;
     for (const Term& term : kTerms) {
@@ -184,16 +207,12 @@ std::map<std::string, FlightValue> TermsOf(const FlightLog& log, const FlightEst
       }
     }
     const Fit fit = LeaveOut(X, y);
-    const double spread =
-        std::sqrt((y.array() - y.mean()).square().sum() / static_cast<double>(pairs));
     for (std::size_t j = 0; j < names.size(); ++j) {
-      const Eigen::Index c = first + static_cast<Eigen::Index>(j);
-      const double size = std::sqrt(X.col(c).squaredNorm() / static_cast<double>(pairs));
-      values[names[j]] = {fit.value[c], std::hypot(fit.sigma[c], kBySampling * spread / size), true,
-                          size, moment};
+      values[names[j]] = ValueOf(fit, X, y, first + static_cast<Eigen::Index>(j), moment);
     }
   }
   values["K_twice"] = TurnedTwice(windows);
+  values["k_f"] = Thrust(windows, estimate.constants[FindRotorConstant("b_a_z")], estimate.vehicle);
   return values;
 }
 

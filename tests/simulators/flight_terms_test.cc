@@ -72,7 +72,8 @@ void ExpectTerms(const Equations& air, const std::map<std::string, double>& trut
   const FlightLog log = FlyBy(air, 3);
   for (const auto& [name, value] : TermsOf(log, estimate)) {
     const auto found = truth.find(name);
-    const double wanted = found != truth.end() ? found->second : 0.0;
+    const double none = name == "k_f" ? estimate.vehicle.Get(name) : 0.0;
+    const double wanted = found != truth.end() ? found->second : none;
     EXPECT_NEAR(value.value, wanted, std::max(4.0 * value.sigma, 0.05 * std::abs(wanted))) << name;
     if (found != truth.end()) EXPECT_GT(std::abs(value.value), 4.0 * value.sigma) << name;
   }
@@ -82,6 +83,30 @@ const double kDragByMass = -kAirDrag / MadeQuadrotor().Get("m");
 
 TEST(FlightTerms, RightEquationsShowDragOnly) {
   ExpectTerms(Drag, {{"K_x", kDragByMass}, {"K_y", kDragByMass}, {"K_z", kDragByMass}});
+}
+
+TEST(FlightTerms, ThrustThatAirSpeedAddsTo) {
+  constexpr double kLift = 0.02;  // N s^2/m^2
+  const NeutralVehicle v = MadeQuadrotor();
+  ExpectTerms(
+      [=](const Acting& a) { Drag(a), a.sum->force.z() += kLift * a.v.head<2>().squaredNorm(); },
+      {{"K_x", kDragByMass},
+       {"K_y", kDragByMass},
+       {"K_z", kDragByMass},
+       {"translational_lift", kLift / v.Get("m")}});
+}
+
+// A converter turned the accelerometer into the body by the attitude of another moment.
+TEST(FlightTerms, DragBesideAxesOfAnotherMoment) {
+  constexpr double kLate = 0.04;  // s
+  FlightEstimate estimate;
+  estimate.vehicle = MadeQuadrotor();
+  FlightLog log = FlyBy(Drag, 3);
+  for (ImuSample& sample : log.imu) sample.accel += kLate * sample.gyro.cross(sample.accel);
+  const auto terms = TermsOf(log, estimate);
+  for (const char* name : {"K_x", "K_y"}) {
+    EXPECT_NEAR(terms.at(name).value, kDragByMass, 4.0 * terms.at(name).sigma) << name;
+  }
 }
 
 // The drag is turned into the body twice: the vehicle heads to the east, by a quarter turn.
