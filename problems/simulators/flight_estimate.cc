@@ -306,6 +306,8 @@ FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& gi
   estimate.noise = c.noise;
   RotorDataOptions data = options.data;
   const RotorData whole = MakeRotorData(log, static_cast<int>(start.rotors.size()), data);
+  if (!log.rotors.empty())
+    estimate.vehicle.body["S_h"] = whole.measured.speeds.rowwise().sum().mean();
   data.start += (1.0 - kHoldOut) * (whole.poses.back().t - whole.poses.front().t);
   estimate.held_out = MakeRotorData(log, static_cast<int>(start.rotors.size()), data);
   return estimate;
@@ -322,7 +324,7 @@ ErrorByHorizon FlightEstimate::ErrorsWith(const NeutralVehicle& other) const {
   // the rest is as `other` has it.
   const auto constants_of = [&](const NeutralVehicle& v) {
     RotorConstants x = constants;
-    const double sum = v.Get("S_h");
+    const double sum = (held_out.motors ? v : vehicle).Get("S_h");
     for (const char* name : {"m", "I_x", "I_y", "I_z", "r_BM_x", "r_BM_y", "K_x", "K_y", "K_z"}) {
       if (!Judges(name)) continue;
       double value = v.Get(name);

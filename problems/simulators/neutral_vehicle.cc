@@ -98,8 +98,8 @@ double NeutralVehicle::Get(const std::string& number, int rotor) const {
   if (number == "n") return static_cast<double>(rotors.size());
   if (number == "g") return gravity;
   if (number == "w_h") return std::sqrt(Get("m") * gravity / (Get("n") * Get("k_f")));
-  if (number == "S_h") return Get("n") * Get("w_h");
   if (body.contains(number)) return body.at(number);
+  if (number == "S_h") return Get("n") * Get("w_h");
   if (number.starts_with("box_")) return SideOfBox(number[4] - 'x');
   if (number == "rise") return Get("tau") > 0.0 ? 1.0 / Get("tau") : kAtOnce;
   if (number == "fall") {

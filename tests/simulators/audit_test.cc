@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <regex>
 #include <set>
 
 #include "problems/simulators/export_vehicle.h"
@@ -182,6 +183,28 @@ TEST_F(AuditTest, OrdersRotorsByCommands) {
   EXPECT_FALSE(OrderByFlight(log, file).shown);
 }
 
+// A converter turned the accelerometer into the body by the attitude of another moment, by which
+// the gyroscope is late, too. Thrust by rates looks like drag, and inertia too large.
+TEST_F(AuditTest, SlowReadsDragBesideStreamsOfOtherMoments) {
+  constexpr double kLate = 0.03;  // s
+  FlightLog log = Flight();
+  for (ImuSample& sample : log.imu) sample.accel += kLate * sample.gyro.cross(sample.accel);
+  for (std::size_t i = log.imu.size() - 1; i > 0; --i) {
+    const TimeNs then = log.imu[i].t - FromSeconds(kLate);
+    const auto at = std::ranges::upper_bound(log.imu, then, {}, &ImuSample::t);
+    log.imu[i].gyro = at->gyro;
+  }
+  const std::string right = Right("crazyflow");
+  const Audit silent = Of(right, log);
+  EXPECT_TRUE(silent.contradicted.empty()) << AuditTable(silent);
+  const Audit audit = Of(std::regex_replace(right, std::regex("-(0\\.0738\\d*)"), "$1"), log);
+  ASSERT_FALSE(audit.contradicted.empty());
+  for (const Contradicted& entry : audit.contradicted) {
+    EXPECT_THAT(entry.parameter, HasSubstr("K_")) << AuditTable(audit);
+    EXPECT_NEAR(*entry.flight_value, kDrag, 2.0 * entry.sigma) << AuditTable(audit);
+  }
+}
+
 // Rotors whose drag acts far above the centre of mass turn the vehicle more than it turns.
 TEST_F(AuditTest, SlowNamesTheHeightOfTheCentreOfMass) {
   NeutralVehicle truth = Truth();
@@ -200,6 +223,9 @@ TEST_F(AuditTest, SlowNamesTheHeightOfTheCentreOfMass) {
       right.vehicle, 1);
   const Audit silent = AuditByFlights(ReadVehicleFiles({path_.string()}), {log});
   EXPECT_TRUE(silent.contradicted.empty()) << AuditTable(silent);
+  // The file's drag goes with rotor speeds, which in this flight are not those of hover.
+  const auto drag = std::ranges::find(silent.compared, "K_x", &Compared::parameter);
+  EXPECT_NEAR(drag->file_value, drag->flight_value, 2.5 * drag->sigma);
   truth.body["r_BM_z"] = 0.03;
   write(truth);
   const Audit audit = AuditByFlights(ReadVehicleFiles({path_.string()}), {log});
