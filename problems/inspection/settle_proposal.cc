@@ -106,9 +106,11 @@ std::optional<FlightLog> SettleProposal(FoundLog* found) {
     };
     YAML::Node map = YAML::Load(found->map);
     Repairs repairs = OfMeaning(before.inspection.repairs, found->shipped.has_value());
-    if (repairs.streams["imu"].gravity_removed < 0.0) {  // the mean force shows no axes then
-      map["earth"] = "ENU";
-      map["body"] = "FLU";
+    // Without gravity the mean force shows no axes, so that the proposal may have guessed wrong.
+    if (repairs.streams["imu"].gravity_removed < 0.0) {
+      const bool was_up = map["body"].as<std::string>() == "FLU";
+      map["earth"] = was_up ? "NED" : "ENU";
+      map["body"] = was_up ? "FRD" : "FLU";
       repairs = OfMeaning(read(map).inspection.repairs, false);
     }
     if (repairs.IsNone()) return log;

@@ -159,6 +159,7 @@ TEST_F(SettleProposalTest, AccelerationsMayBeOfTheEarthAndWithoutGravity) {
   for (const bool up : {false, true}) {
     ExpectFlight({.in_earth = true, .up = up, .flight = "hippodrome"});
     ExpectFlight({.no_gravity = true, .up = up, .flight = "hippodrome"});
+    ExpectFlight({.in_earth = true, .no_gravity = true, .up = up, .flight = "hippodrome"});
     EXPECT_THAT(warnings_, Contains(HasSubstr("without gravity")));
   }
 }
