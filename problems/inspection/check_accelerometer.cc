@@ -13,7 +13,6 @@ namespace trueline {
 namespace {
 
 constexpr double kMostGravities = 5.0;  // rms acceleration of a flight
-constexpr double kLeastBias = 0.4;      // m/s^2; a residual may be drag or a bias by as much
 // rad, by which an IMU is usually mounted askew: a horizontal bias for gravity's part along x and
 // y.
 constexpr double kUsualTilt = 2.5 * kDegree;
@@ -82,7 +81,7 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
   if (!fit) return;
   const Eigen::Matrix3d turn = Snapped(fit->turn);
   const bool better = fit->residual < kMuchLess * fit->as_read &&
-                      fit->as_read - fit->residual > kLeastBias && fit->clearly > kShown;
+                      fit->as_read - fit->residual > kForceError && fit->clearly > kShown;
   if (turn.isIdentity(1e-9) || !better || !HoldsInOtherHalf(force, bends, hints)) return;
   if (ResidualOfEarthTurn(*e, witness, bends) < 1.1 * fit->residual) return;
   const double size = TurnSize(turn);
@@ -124,7 +123,7 @@ Eigen::Vector3d BiasBesideFilter(Examination* e, const PositionWitness& witness,
   if (!filter) return bias;
   const auto attitude = WithoutFollowing(e->fixed, witness.attitude, filter->gain);
   const auto fit = FitForceScale(BodyForce(e->fixed, attitude), bends);
-  if (!fit || BeyondTilt(fit->bias, e->log.gravity) > kLeastBias) return bias;
+  if (!fit || BeyondTilt(fit->bias, e->log.gravity) > kForceError) return bias;
   e->result.notes.push_back(fmt::format(
       "a bias of the accelerometer of {:.2f} m/s^2, by the acceleration of {}: an attitude filter "
       "that takes acceleration for tilt with a gain of {:.2g} 1/s (ahrs_acceleration_error) "
@@ -155,9 +154,9 @@ bool CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend
     return true;
   }
   // Without gravity a bias of its size says the same.
-  if (ReadsGravity(e->fixed) && BeyondTilt(fit->bias, e->log.gravity) > kLeastBias) {
+  if (ReadsGravity(e->fixed) && BeyondTilt(fit->bias, e->log.gravity) > kForceError) {
     const Eigen::Vector3d bias = BiasBesideFilter(e, witness, bends, fit->bias);
-    if (BeyondTilt(bias, e->log.gravity) > kLeastBias) AddBias(e, bias, witness.stream);
+    if (BeyondTilt(bias, e->log.gravity) > kForceError) AddBias(e, bias, witness.stream);
   }
   return false;
 }
@@ -165,7 +164,7 @@ bool CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend
 // Without positions: the mean of the specific force, turned to earth axes, is gravity.
 void CheckMeanForce(Examination* e) {
   const std::vector<AttitudeSample>& attitude = e->fixed.attitude;
-  if (attitude.size() < 100) return;
+  if (attitude.size() < kFewest) return;
   const auto mean = MeanForceInEarth(e->fixed, attitude, 1.0);
   if (!mean || SecondsBetween(attitude.front().t, attitude.back().t) < 15.0) return;
   const double reads = -mean->z() / e->log.gravity;

@@ -10,9 +10,7 @@
 namespace trueline {
 namespace {
 
-constexpr double kLeastAlikeRates = 0.95;  // correlation that shows a scale which is no unit's
 constexpr double kClearCorrelation = 0.3;
-constexpr double kClearLean = 12.0 * kDegree;  // by which one reading must be more upright
 
 // Lean of the mean specific force if the accelerometer were turned.
 double MeanLean(const FlightLog& log, const Eigen::Matrix3d& turn) {
@@ -24,7 +22,7 @@ double MeanLean(const FlightLog& log, const Eigen::Matrix3d& turn) {
 bool SameTurn(const RateWitness& a, const RateWitness& b) {
   if ((a.turn.determinant() > 0.0) != (b.turn.determinant() > 0.0)) return false;
   const double sigma = std::sqrt(a.match.turn_cov.trace() + b.match.turn_cov.trace());
-  return TurnBetween(a.turn, b.turn).norm() < std::max(kOtherBody, 3.0 * sigma);
+  return TurnBetween(a.turn, b.turn).norm() < std::max(kOtherAxes, kLikely * sigma);
 }
 
 // Whether the gyroscope is turned rather than the witnesses that say so.
@@ -48,12 +46,12 @@ Blame WhoIsTurned(const Examination& e, const std::vector<const RateWitness*>& t
   if (turned.size() > 1) return {true, "two attitudes agree against it"};
   const double before = MeanLean(e.fixed, Eigen::Matrix3d::Identity());
   const double after = MeanLean(e.fixed, first.turn);
-  if (after < before - kClearLean) {
+  if (after < before - kOtherAxes) {
     return {true, fmt::format("the mean specific force leans by {:.0f} deg as read and by {:.0f} "
                               "deg after the turn",
                               before / kDegree, after / kDegree)};
   }
-  if (before < after - kClearLean) {
+  if (before < after - kOtherAxes) {
     return {false, fmt::format("the mean specific force leans by {:.0f} deg as read, as it should, "
                                "and by {:.0f} deg if the IMU were turned",
                                before / kDegree, after / kDegree)};
@@ -68,7 +66,7 @@ Blame WhoIsTurned(const Examination& e, const std::vector<const RateWitness*>& t
 
 // Whether the accelerometer, turned along with the gyroscope, reads gravity as upright as before.
 bool StaysUpright(const Examination& e, const Eigen::Matrix3d& turn) {
-  return MeanLean(e.fixed, turn) < MeanLean(e.fixed, Eigen::Matrix3d::Identity()) + kClearLean;
+  return MeanLean(e.fixed, turn) < MeanLean(e.fixed, Eigen::Matrix3d::Identity()) + kOtherAxes;
 }
 
 // A turn that moves gravity away from the body's -z, where its mirror image does not, is replaced
@@ -134,7 +132,7 @@ void TurnAttitude(Examination* e, const RateWitness& witness, const std::string&
 // Whether the ratio of sizes is off by more than noise in either stream explains.
 bool IsOff(const VectorMatch& match) {
   const double least =
-      std::abs(std::log(match.gain)) + std::log(match.correlation) - 5.0 * match.gain_sigma;
+      std::abs(std::log(match.gain)) + std::log(match.correlation) - kShown * match.gain_sigma;
   return least > 0.0 && std::abs(match.gain - 1.0) > kOtherScale;
 }
 
@@ -150,7 +148,7 @@ const KnownUnit* UnitOfRates(const VectorMatch& match) {
 bool IsScaled(const Examination& e, const RateWitness& witness) {
   const VectorMatch& match = witness.match;
   if (!IsOff(match)) return false;
-  if (UnitOfRates(match) == nullptr && match.correlation < kLeastAlikeRates) return false;
+  if (UnitOfRates(match) == nullptr && match.correlation < kGood) return false;
   const auto slow = MatchLongTurns(e, witness.stream);
   return slow && IsOff(*slow) &&
          std::abs(slow->gain - match.gain) <= 0.3 * std::abs(match.gain - 1.0);
@@ -271,14 +269,14 @@ std::optional<VectorMatch> MatchLongTurns(const Examination& e, const std::strin
   constexpr double kLong = 0.35;  // s
   const RunningIntegral<3> gyro = GyroIntegral(e.fixed);
   const auto turns = TurnsOf(AttitudesOf(e.fixed, stream), LogClock(e.fixed), kMostPairs, kLong);
-  return MatchVectors(RatePairs(gyro, turns, false), {0.0, 0.02});
+  return MatchVectors(RatePairs(gyro, turns, false), {0.0});
 }
 
 void CheckBodies(Examination* e) {
   std::vector<const RateWitness*> turned;
   std::size_t independent = 0;
   for (RateWitness& witness : e->rates) {
-    KeepUpright(*e, kOtherBody, &witness);
+    KeepUpright(*e, kOtherAxes, &witness);
     if (e->IsCopy(witness.stream) || ShowsTooLittle(witness)) continue;
     ++independent;
     if (!IsIdentity(witness.turn)) turned.push_back(&witness);

@@ -12,7 +12,6 @@ namespace {
 constexpr double kLeastOverlap = 8.0;  // s
 constexpr double kAlikeSpan = 0.4;     // of the logarithm of a ratio of spans
 constexpr double kPoseCover = 0.5;     // the same of poses: cameras see a part of a flight
-constexpr double kLittleCover = 0.25;  // below, an attitude biases parameters
 constexpr double kLongestStep = 2.0;   // s, that a sample covers
 
 std::string SpanOf(TimeNs origin, TimeNs from, TimeNs to) {
@@ -32,7 +31,8 @@ bool CheckStreamCover(const std::vector<Sample>& samples, const char* name, Exam
                                     [&](const Sample& s) { return s.t >= begin && s.t <= end; });
   const double share = static_cast<double>(inside) / static_cast<double>(samples.size());
   if (share >= kCovers) return false;
-  Finding finding{"cover", name, share < 0.2 ? Level::kFatal : Level::kBiases, share, "1"};
+  Finding finding{"cover", name, share < 1.0 - kCovers ? Level::kFatal : Level::kBiases, share,
+                  "1"};
   finding.text = fmt::format(
       "only {:.0f} % of {}.csv lies within the time of imu.csv ({}): it spans {}", 100.0 * share,
       name, SpanOf(begin, begin, end), SpanOf(begin, samples.front().t, samples.back().t));
@@ -65,7 +65,7 @@ void CheckImuCover(const std::vector<Sample>& samples, const char* name, double 
   const double covered = SecondsCovered(samples, begin, end);
   if (covered >= least * span) return;
   const bool attitude = std::string(name) == "attitude";
-  const bool biases = attitude && covered < kLittleCover * span;
+  const bool biases = attitude && covered < (1.0 - kCovers) * span;
   Finding finding{"cover", name, biases ? Level::kBiases : Level::kWidens, covered / span, "1"};
   finding.text =
       fmt::format("{}.csv ({} samples, {}) covers {:.1f} s, {:.0f} % of the {:.1f} s of imu.csv",
@@ -80,7 +80,7 @@ void CheckImuCover(const std::vector<Sample>& samples, const char* name, double 
 double LongestOther(const FlightLog& log, const std::string& stream) {
   double longest = 0.0;
   ForEachStream(log, [&](const Stream& other, const auto& samples) {
-    if (samples.size() < 30 || stream == other.name) return;
+    if (samples.size() < kFewest || stream == other.name) return;
     longest = std::max(longest, SecondsBetween(samples.front().t, samples.back().t));
   });
   return longest;
@@ -101,9 +101,9 @@ const char* TimeUnitOf(double ratio) {
 // stamps have another unit.
 std::vector<std::string> CheckTimeUnit(Examination* e) {
   std::vector<std::string> other_unit;
-  if (e->log.imu.size() < 30) return other_unit;
+  if (e->log.imu.size() < kFewest) return other_unit;
   ForEachStream(e->log, [&](const Stream& stream, const auto& samples) {
-    if (samples.size() < 30) return;
+    if (samples.size() < kFewest) return;
     const bool imu = std::string(stream.name) == "imu";
     const double span = SecondsBetween(samples.front().t, samples.back().t);
     const double other = imu ? LongestOther(e->log, stream.name)

@@ -9,7 +9,6 @@
 namespace trueline {
 namespace {
 
-constexpr double kLeastFrozen = 0.2;  // s
 constexpr double kMovingTurn = 0.2;   // rad, of a vehicle that is not at rest
 constexpr double kMovingRate = 0.15;  // rad/s, on average; more than the noise of a gyroscope
 
@@ -35,9 +34,7 @@ double TurnOfAttitude(const FlightLog& log, const FrozenStretch& frozen) {
 // s, of a stretch in which the vehicle turns by `turn`; zero for one that may be at rest.
 double SecondsMoving(const FrozenStretch& frozen, double turn) {
   const double seconds = SecondsBetween(frozen.from, frozen.until);
-  const bool moves =
-      seconds >= kLeastFrozen && turn >= std::max(kMovingTurn, kMovingRate * seconds);
-  return moves ? seconds : 0.0;
+  return turn >= std::max(kMovingTurn, kMovingRate * seconds) ? seconds : 0.0;
 }
 
 // Names the longest stretch in which the vehicle moves.

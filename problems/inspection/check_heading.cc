@@ -139,7 +139,7 @@ bool MayFollowAcceleration(const Examination& e) {
 }  // namespace
 
 void CheckHeading(Examination* e) {
-  if (e->fixed.attitude.size() < 30) return;
+  if (e->fixed.attitude.size() < kFewest) return;
   for (const char* stream : {"mocap", "fixes"}) {
     // By another clock, which may be a lap off, they are compared once that is repaired.
     if (e->RepairOf(stream).time_offset != 0.0) continue;

@@ -20,7 +20,6 @@ constexpr double kPlaced = 0.2;          // rms against the distances flown
 constexpr double kPlacementStep = 0.05;  // s
 constexpr int kPlacementSteps = 200;
 constexpr double kFarLag = 1.0;          // s; CheckPositions() finds a shorter one
-constexpr double kOddSpread = 10.0;      // sigmas that fixes scatter about mocap
 constexpr double kLeastOddSpread = 1.0;  // m
 
 // m, rms by which the fixes differ from mocap turned by `turn`; nothing is taken out.
@@ -118,7 +117,7 @@ std::array<Spread, 3> SpreadOfAxes(const std::vector<VectorPair>& pairs) {
 void CheckPlacement(Examination* e) {
   const PairsAt pairs = FixPairs(e->fixed);
   const VectorSums sums = SumOf(pairs(0.0));
-  if (sums.n < kLeastPairs) return;
+  if (sums.n < kFewest) return;
   const double flown = std::sqrt(sums.SureVar());
   const double as_read = AbsoluteRms(sums, Eigen::Matrix3d::Identity());
   if (as_read < kPlaced * flown) return;
@@ -136,14 +135,14 @@ void CheckPlacement(Examination* e) {
 // its sigma says, those of another axis are not. A clock or a turn would affect more than one axis.
 void CheckSpread(Examination* e) {
   const std::vector<VectorPair> pairs = FixPairs(e->fixed)(0.0);
-  if (pairs.size() < 30) return;
+  if (pairs.size() < kFewest) return;
   const double sigma = MedianSigma(e->fixed.fixes);
-  const double odd = std::max(kLeastOddSpread, kOddSpread * sigma);
+  const double odd = std::max(kLeastOddSpread, kShown * sigma);
   const std::array<Spread, 3> axes = SpreadOfAxes(pairs);
   const auto [best, worst] = std::minmax_element(
       axes.begin(), axes.end(),
       [](const Spread& a, const Spread& b) { return a.about_mocap < b.about_mocap; });
-  if (worst->about_mocap < odd || best->about_median > 3.0 * sigma) return;
+  if (worst->about_mocap < odd || best->about_median > kLikely * sigma) return;
   // A zero of its own may be meant, as of heights.
   const Level level = worst->about_median < odd ? Level::kBiases : Level::kFatal;
   Finding finding{"position_spread", "fixes", level, worst->about_mocap, "m"};

@@ -14,9 +14,6 @@
 namespace trueline {
 namespace {
 
-constexpr double kAlikePosition = 0.9;
-constexpr double kLeastAcceleration = 0.4;  // m/s^2, rms
-constexpr double kLeastPositionLag = 0.02;  // s
 // rad, of an attitude's tilt along with the acceleration: of a pose's own, and of an AHRS that
 // takes the specific force for gravity.
 constexpr double kTiltOfPose = 0.3 * kDegree;
@@ -57,7 +54,7 @@ std::optional<VectorMatch> BesideFilter(Examination* e, const PositionWitness& w
 }
 
 bool IsLate(const VectorMatch& match) {
-  if (std::abs(match.lag) < std::max(kLeastPositionLag, 5.0 * match.lag_sigma)) return false;
+  if (std::abs(match.lag) < std::max(kLeastPositionLag, kShown * match.lag_sigma)) return false;
   // Errors of a map, gate by gate, favour some lag a little; a clock's does so clearly.
   return RestOf(match.correlation) < kExplains * RestOf(match.unshifted);
 }
@@ -127,7 +124,7 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
 
 bool IsOffScale(const VectorMatch& match) {
   const double least = std::abs(std::log(match.gain)) + std::log(match.correlation) -
-                       5.0 * match.gain_sigma / match.gain;
+                       kShown * match.gain_sigma / match.gain;
   return least > 0.0 && std::abs(match.gain - 1.0) > kOtherScale;
 }
 
@@ -196,10 +193,10 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
 void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, double reach,
            const Reference& reference) {
   MotionComparison comparison{fmt::format("positions against {}", reference.what), stream, {}, {}};
-  comparison.match = MatchVectors(pairs, {reach, 0.02});
+  comparison.match = MatchVectors(pairs, {reach});
   if (!comparison.match) {
     comparison.not_shown = "they share too little time at any lag that was tried";
-  } else if (comparison.match->seen_rms < kLeastAcceleration) {
+  } else if (comparison.match->seen_rms < kForceError) {
     comparison.not_shown =
         fmt::format("the vehicle moves too little ({:.2f} rms)", comparison.match->seen_rms);
   } else if (comparison.match->correlation < reference.least_correlation) {
@@ -253,7 +250,7 @@ void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding findin
 void CheckPositions(Examination* e) {
   for (const char* stream : {"mocap", "pose", "fixes"}) {
     const bool fixes = std::string(stream) == "fixes";
-    if (fixes && e->fixed.mocap.size() > 100) {
+    if (fixes && e->fixed.mocap.size() >= kFewest) {
       const bool moved = e->RepairOf("mocap").time_offset != 0.0;
       LeaveOutGatesApart(e);
       if (!moved) {
@@ -261,7 +258,7 @@ void CheckPositions(Examination* e) {
         CheckClockJump(e);
       }
       if (moved && HasAmbiguousClock(*e, "mocap")) continue;
-      Judge(e, stream, FixPairs(e->fixed), 2.0, {"mocap", false, true, kAlikePosition});
+      Judge(e, stream, FixPairs(e->fixed), 2.0, {"mocap", false, true, kSound});
       if (!moved) CheckSpread(e);
       continue;
     }

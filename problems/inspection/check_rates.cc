@@ -10,11 +10,10 @@
 namespace trueline {
 namespace {
 
-constexpr double kGoodSensorAbove = 0.97;  // correlation of a match
-constexpr double kLeastRate = 0.05;        // rad/s
-constexpr double kLeastLag = 0.012;        // s; a shorter one is no fault
-constexpr double kLeastDrift = 1e-4;       // s/s; a smaller one is no fault
-constexpr double kFormMargin = 0.04;       // correlation by which another form must be better
+constexpr double kLeastRate = 0.05;   // rad/s
+constexpr double kLeastLag = 0.012;   // s; a shorter one is no fault
+constexpr double kLeastDrift = 1e-4;  // s/s; a smaller one is no fault
+constexpr double kFormMargin = 0.04;  // correlation by which another form must be better
 constexpr double kLeastImuJump = 0.5, kMostImuJump = 60.0;  // s
 
 // A form of a stream's attitude.
@@ -91,7 +90,7 @@ std::vector<AttitudeSample> InForm(const std::vector<AttitudeSample>& attitude, 
 std::optional<VectorMatch> MatchAt(const RunningIntegral<3>& gyro,
                                    const std::vector<AttitudeTurn>& turns, double lag) {
   const PairsAt pairs = RatePairs(gyro, turns, false);
-  return MatchVectors([&](double more) { return pairs(lag + more); }, {0.0, 0.02});
+  return MatchVectors([&](double more) { return pairs(lag + more); }, {0.0});
 }
 
 // How well a form explains the rates; a form that needs no turn of axes and keeps gravity vertical
@@ -189,7 +188,7 @@ void RepairForm(Examination* e, const std::string& stream, const FormTrial& as_r
 }
 
 void AddClock(Examination* e, const std::string& stream, const VectorMatch& match) {
-  if (std::abs(match.lag) < kLeastLag || std::abs(match.lag) < 5.0 * match.lag_sigma) return;
+  if (std::abs(match.lag) < kLeastLag || std::abs(match.lag) < kShown * match.lag_sigma) return;
   const bool other = match.or_else.has_value();
   const double error = e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.lag));
   const Level level = match.unshifted < 0.6 * match.correlation ? Level::kFatal
@@ -241,7 +240,7 @@ void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& mat
 const RateWitness* WitnessAgainst(const Examination& e, const VectorMatch& match) {
   if (match.correlation >= kSound) return nullptr;
   const auto good = std::find_if(e.rates.begin(), e.rates.end(), [](const RateWitness& rate) {
-    return rate.match.correlation > kGoodSensorAbove;
+    return rate.match.correlation > kGood;
   });
   return good == e.rates.end() ? nullptr : &*good;
 }
@@ -262,8 +261,8 @@ void AddOtherFlight(Examination* e, const std::string& stream, const VectorMatch
 // attitude without its error, and the match with that.
 std::optional<FollowingFit> ExplainedByFilter(Examination* e, const RunningIntegral<3>& gyro,
                                               const VectorMatch& match) {
-  const bool late = std::abs(match.lag) > std::max(kLeastLag, 5.0 * match.lag_sigma);
-  if (!late && IsIdentity(PlainTurn(match, kOtherBody))) return std::nullopt;
+  const bool late = std::abs(match.lag) > std::max(kLeastLag, kShown * match.lag_sigma);
+  if (!late && IsIdentity(PlainTurn(match, kOtherAxes))) return std::nullopt;
   if (e->fixed.attitude.empty() ||
       TurnBetween(match.turn, Eigen::Matrix3d::Identity()).norm() > kTurnByFilter)
     return std::nullopt;
@@ -295,7 +294,7 @@ void CheckForm(Examination* e, const std::string& stream, const RunningIntegral<
 }
 
 void CheckStream(Examination* e, const std::string& stream, const RunningIntegral<3>& gyro) {
-  if (AttitudesOf(e->fixed, stream).size() < 30) return;
+  if (AttitudesOf(e->fixed, stream).size() < kFewest) return;
   MotionComparison comparison{"turn rates against the gyroscope", stream, {}, {}};
   const LogClock clock(e->fixed);
   const auto match_of = [&](bool of_earth) {
@@ -335,11 +334,10 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
   }
   std::vector<AttitudeSample> attitude = AttitudesOf(e->fixed, stream);
   if (filter) attitude = WithoutFollowing(e->fixed, attitude, filter->gain);
-  auto repaired =
-      MatchVectors(RatePairs(gyro, TurnsOf(attitude, clock, kMostPairs), false), {0.0, 0.02});
+  auto repaired = MatchVectors(RatePairs(gyro, TurnsOf(attitude, clock, kMostPairs), false), {0.0});
   if (repaired) {
     repaired->or_else = match->or_else;
-    e->rates.push_back({stream, *repaired, PlainTurn(*repaired, kOtherBody)});
+    e->rates.push_back({stream, *repaired, PlainTurn(*repaired, kOtherAxes)});
     const VectorMatch as_recorded = *match;
     comparison.match = repaired;
     comparison.match->lag = as_recorded.lag;
@@ -379,7 +377,7 @@ std::optional<VectorMatch> MatchPart(const RunningIntegral<3>& gyro,
                                      std::vector<AttitudeTurn> turns, double from, double to,
                                      double reach) {
   std::erase_if(turns, [=](const AttitudeTurn& t) { return t.from < from || t.to > to; });
-  auto match = MatchVectors(RatePairs(gyro, turns, false), {reach, 0.02});
+  auto match = MatchVectors(RatePairs(gyro, turns, false), {reach});
   if (match && match->correlation < kSound) match.reset();
   return match;
 }
@@ -418,7 +416,7 @@ void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch&
                     stream, reference));
     return;
   }
-  if (!(std::abs(match.drift) > std::max(least, 5.0 * match.drift_sigma))) return;
+  if (!(std::abs(match.drift) > std::max(least, kShown * match.drift_sigma))) return;
   const double span = SecondsBetween(e->log.imu.front().t, e->log.imu.back().t);
   const double error =
       e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.drift) * span);
@@ -447,7 +445,7 @@ std::optional<TimeNs> CheckImuJump(Examination* e) {
   const double at = clock(imu[step.after - 1].t), end = clock(imu.back().t);
   for (const char* stream : {"mocap", "pose"}) {
     const std::vector<AttitudeSample> attitude = AttitudesOf(e->log, stream);
-    if (attitude.size() < 100 || e->IsCopy(stream)) continue;
+    if (attitude.size() < kFewest || e->IsCopy(stream)) continue;
     if (HasGap(attitude, imu[step.after - 1].t, imu[step.after].t)) continue;
     const auto turns = TurnsOf(attitude, clock, 2 * kMostPairs);
     const auto before = MatchPart(gyro, turns, 0.0, at, kLeastImuJump);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/inspection/clear.h"
 #include "problems/inspection/examination.h"
 
 namespace trueline {
@@ -9,7 +10,6 @@ namespace {
 constexpr double kWindow = 0.5;          // s
 constexpr double kStillForce = 0.1;      // m/s^2, standard deviation of each axis
 constexpr double kStillRate = 0.03;      // rad/s, of the gyroscope's standard deviation
-constexpr double kLeastOff = 0.3;        // m/s^2
 constexpr double kLeastGyroBias = 0.02;  // rad/s
 
 struct Rest {
@@ -100,7 +100,7 @@ void CheckRest(Examination* e) {
     return;
   }
   const double off = rest.force.norm() - e->log.gravity;
-  if (std::abs(off) > kLeastOff) {
+  if (std::abs(off) > kForceError) {
     const double size = rest.force.norm() / e->log.gravity;
     Finding finding{"gravity_at_rest", "imu", Level::kBiases, size, "1", std::abs(off)};
     finding.text = fmt::format(

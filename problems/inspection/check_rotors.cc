@@ -20,11 +20,9 @@ constexpr double kLeastOrderGain =
     0.05;  // by which another order must explain more; less may be k_f
 // An order that explains less than the best one by this share of all is rejected.
 constexpr double kNearOrder = 0.5;
-constexpr double kLeastRotorLag = 0.025;  // s, of measured speeds
-constexpr double kLeastMotorLag = 0.12;   // s, of commands, which motors follow late
+constexpr double kLeastMotorLag = 0.12;  // s, of commands, which motors follow late
 
 constexpr double kMostThrustRatio = 3.0;  // thrust stated against weight; more is no wrong k_f
-constexpr double kAlikeSpeeds = 0.25;     // of the logarithm of a factor of the speeds
 constexpr double kNearImu = 0.05;         // s
 
 // Torque per squared speed by each rotor as the vehicle file states it, one column a rotor.
@@ -188,8 +186,8 @@ void CheckSpins(Examination* e, const RotorLayout& layout, const Order& order) {
 void CheckLag(Examination* e, const RotorLayout& layout) {
   const bool commands = layout.stream == "motors";
   // Motors follow their commands by 20 to 80 ms.
-  const double least = commands ? kLeastMotorLag : kLeastRotorLag;
-  const bool off = layout.lag > least || layout.lag < -kLeastRotorLag;
+  const double least = commands ? kLeastMotorLag : kLeastPositionLag;
+  const bool off = layout.lag > least || layout.lag < -kLeastPositionLag;
   if (!off) return;
   Finding finding{.stream = layout.stream, .level = Level::kBiases, .sigma = 0.01};
   finding.text = fmt::format(
@@ -283,7 +281,7 @@ void CheckThrust(Examination* e) {
   const double ratio = LowerMedian(ratios);
   if (!(ratio > 0.0) || std::abs(std::log(ratio)) < std::log(kMostThrustRatio)) return;
   const double factor = 1.0 / std::sqrt(ratio);  // of the speeds
-  const auto is = [&](double unit) { return std::abs(std::log(factor / unit)) < kAlikeSpeeds; };
+  const auto is = [&](double unit) { return std::abs(std::log(factor / unit)) < kOtherUnit; };
   const bool rpm = is(kRpm), unit = rpm || is(2.0 * M_PI);
   const double error = e->log.gravity * std::min(1.0, std::abs(1.0 - ratio));
   const Level level = unit ? Level::kFatal : Level::kBiases;
@@ -310,7 +308,7 @@ void CheckRotors(Examination* e) {
     const bool speeds = std::string(stream) == "rotors";
     const auto& channels = speeds ? e->fixed.rotors : e->fixed.motors;
     // Motors follow their commands by 20 to 80 ms.
-    const UsualLag usual = {-kLeastRotorLag, speeds ? kLeastRotorLag : kLeastMotorLag};
+    const UsualLag usual = {-kLeastPositionLag, speeds ? kLeastPositionLag : kLeastMotorLag};
     auto layout = FindLayout(e->fixed, channels, usual, kLagReach);
     if (!layout) continue;
     layout->stream = stream;

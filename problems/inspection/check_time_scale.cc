@@ -1,14 +1,12 @@
 #include <cmath>
 
+#include "problems/inspection/clear.h"
 #include "problems/inspection/examination.h"
 #include "problems/inspection/force_fit.h"
 #include "problems/inspection/position_witness.h"
 
 namespace trueline {
 namespace {
-
-constexpr double kLeastCorrelation = 0.8;  // of turn rates with the gyroscope
-constexpr double kOfSquare = 0.25;         // of the logarithm, by which the square may be missed
 
 void StretchClock(double factor, FlightLog* log) {
   const TimeNs begin = log->imu.front().t;
@@ -28,12 +26,12 @@ void CheckTimeScale(Examination* e) {
     const auto witness = PositionWitnessOf(*e, stream);
     if (!witness) continue;
     const auto turns = MatchLongTurns(*e, witness->of_attitude);
-    if (!turns || turns->correlation < kLeastCorrelation) continue;
+    if (!turns || turns->correlation < kSound) continue;
     const double gain = turns->gain;
     if (std::abs(std::log(gain)) < kOtherUnit) continue;
     const auto scale = FitPositionScale(BodyForce(e->fixed, witness->attitude), witness->bends);
     const double square = 2.0 * std::log(gain);
-    if (!scale || !(std::abs(std::log(scale->value) - square) < kOfSquare * std::abs(square))) {
+    if (!scale || !(std::abs(std::log(scale->value) - square) < kOtherUnit * std::abs(square))) {
       continue;
     }
     Finding finding{"time_scale", "imu", Level::kFatal, gain, "1", e->log.gravity};

@@ -177,7 +177,7 @@ double ResidualOfEarthUp(const Examination& e, PositionWitness witness) {
 
 // The accelerometer with z reversed and some x and y, by changes of velocity between passes.
 std::optional<TurnedForce> ReversedByPasses(const Examination& e) {
-  if (e.fixed.attitude.size() < 30 || e.fixed.fixes.empty()) return std::nullopt;
+  if (e.fixed.attitude.size() < kFewest || e.fixed.fixes.empty()) return std::nullopt;
   auto reversed = BestLateralTurn(e.fixed, "fixes", -1.0);
   if (!reversed) return std::nullopt;
   FlightLog up = e.fixed;

@@ -115,7 +115,7 @@ void FitTurnAndGain(const BlocksOfSums& blocks, VectorMatch* match) {
     if (block.n == 0.0) continue;
     VectorSums rest = total;
     rest -= block;
-    if (!(rest.n >= kLeastPairs) || !(rest.Scale() > 0.0)) continue;
+    if (!(rest.n >= kFewest) || !(rest.Scale() > 0.0)) continue;
     without.push_back(FitTurn(rest));
     thirds.push_back(without.back().third);
     gains.push_back(std::sqrt(rest.SeenVar() / rest.SureVar()));
@@ -140,7 +140,7 @@ void FitTurnAndGain(const BlocksOfSums& blocks, VectorMatch* match) {
 PairsAt WithoutOutliers(const PairsAt& pairs, double lag) {
   const std::vector<VectorPair> at = pairs(lag);
   const VectorSums sums = SumOf(at);
-  if (sums.n < kLeastPairs || !(sums.Scale() > 0.0)) return pairs;
+  if (sums.n < kFewest || !(sums.Scale() > 0.0)) return pairs;
   const Eigen::Matrix3d turn =
       std::sqrt(sums.SeenVar() / sums.SureVar()) * Correlation(sums) * FitTurn(sums).best;
   const Eigen::Vector3d seen = sums.seen / sums.n, sure = sums.sure / sums.n;
@@ -168,7 +168,7 @@ std::optional<SteadyMatch> MatchSteady(const PairsAt& all, const LagSearch& sear
   match.or_else = peak.or_else;
   match.unshifted = Correlation(SumOf(pairs(0.0)));
   const std::vector<VectorPair> at_peak = pairs(peak.lag);
-  if (at_peak.size() < kLeastPairs) return std::nullopt;
+  if (at_peak.size() < kFewest) return std::nullopt;
   const double from = at_peak.front().t, to = at_peak.back().t;
   steady.from = from;
   steady.to = to;
@@ -189,7 +189,7 @@ std::optional<SteadyMatch> MatchSteady(const PairsAt& all, const LagSearch& sear
   }
   match.lag_sigma = JackknifeSigma(lags);
   const VectorSums total = Total(about.sums[1]);
-  if (total.n < kLeastPairs || !(total.Scale() > 0.0)) return std::nullopt;
+  if (total.n < kFewest || !(total.Scale() > 0.0)) return std::nullopt;
   match.correlation = Correlation(total);
   match.unturned = Correlation(total, false);
   match.plain = PlainCorrelation(total);

@@ -14,7 +14,7 @@ struct SteadyMatch {
   double from = 0.0, to = 0.0;  // s, of the pairs
 };
 
-// No value for fewer than 30 pairs.
+// No value for fewer than kFewest pairs.
 std::optional<SteadyMatch> MatchSteady(const PairsAt& pairs, const LagSearch& search);
 
 // The match of a clock that drifts by more than `steady` can show, if more blocks then lie on one

@@ -18,7 +18,6 @@ namespace trueline {
 namespace {
 
 constexpr std::size_t kFewestOfGate = 5;                  // fixes
-constexpr double kApart = 3.0;                            // times what other fixes differ by
 constexpr double kFixLagReach = 2.0, kFixLagStep = 0.02;  // s
 
 // What a fix differs from mocap by.
@@ -149,11 +148,11 @@ void LeaveOutGatesApart(Examination* e) {
   if (offs.size() < 2 * kFewestOfGate) return;
   const Eigen::Vector3d middle = MedianOf(offs);
   const double spread = Spread(offs, MiddlesOf(offs, false)), sigma = MedianSigma(e->fixed.fixes);
-  if (spread > kApart * sigma) return;  // most fixes differ by more than a lag
+  if (spread > kLikely * sigma) return;  // most fixes differ by more than a lag
   const double usual = std::max(spread, sigma);
   for (const auto& [gate, own] : ByGate(offs)) {
     const Eigen::Vector3d apart = MedianOf(own) - middle;
-    if (own.size() < kFewestOfGate || apart.norm() < kApart * usual) continue;
+    if (own.size() < kFewestOfGate || apart.norm() < kLikely * usual) continue;
     NoteGate(e, gate, apart);
     std::erase_if(e->fixed.fixes, [id = gate](const Fix& fix) { return fix.gate == id; });
   }

@@ -12,7 +12,6 @@
 namespace trueline {
 namespace {
 
-constexpr double kUsualBodyBias = 0.3;     // m/s^2, of a bias and of a tilt of the IMU by 1.5 deg
 constexpr double kLeastForceNoise = 0.05;  // m/s^2, of a bend
 constexpr double kAlikeBends = 10.0;       // neighbours whose errors are one error
 
@@ -106,7 +105,7 @@ class BiasedFit {
   static Matrix Weighed(const Sums& sums, double square) {
     Matrix a = sums.a;
     a.template bottomRightCorner<3, 3>() +=
-        kAlikeBends * square / (kUsualBodyBias * kUsualBodyBias) * Eigen::Matrix3d::Identity();
+        kAlikeBends * square / (kBodyBias * kBodyBias) * Eigen::Matrix3d::Identity();
     return a;
   }
   static Eigen::Vector<double, kAll> Best(const Sums& sums, double square) {

@@ -36,7 +36,7 @@ struct ForceFit {
 };
 
 // `bends` in the earth axes of `attitude`. `hints`: turns to try beside the 48 permutations. No
-// value for fewer than 100 bends that both streams know.
+// value for fewer than kFewest bends that both streams know.
 std::optional<ForceFit> FitForce(const BodyForce& force, const std::vector<Bend>& bends,
                                  const std::vector<Eigen::Matrix3d>& hints);
 
@@ -59,7 +59,8 @@ struct PositionScale {
 std::optional<PositionScale> FitPositionScale(const BodyForce& force,
                                               const std::vector<Bend>& bends);
 
-// m/s^2, rms by axis of what a multiple of L = `turn` leaves; infinite for fewer than 100 bends.
+// m/s^2, rms by axis of what a multiple of L = `turn` leaves; infinite for fewer than kFewest
+// bends.
 double ForceResidual(const BodyForce& force, const std::vector<Bend>& bends,
                      const Eigen::Matrix3d& turn);
 

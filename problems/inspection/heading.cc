@@ -24,7 +24,6 @@ constexpr double kLeastFit = 0.5;      // of the changes' square that is explain
 constexpr double kGainStep = 1.4;      // from one gain that is tried to the next
 constexpr double kForceScale = 0.05;   // prior sigma of |c|
 constexpr double kSteadyForce = 0.15;  // m/s^2, prior sigma of b, each axis
-constexpr double kBodyForce = 0.25;    // m/s^2, prior sigma of d, each axis: a bias and a tilt
 constexpr double kLeastNoise = 0.03;   // m/s, of a change of velocity
 constexpr double kPathStep = 0.05;     // s
 constexpr int kAngles = 120;           // that are tried
@@ -204,7 +203,7 @@ double LeftAtAngle(const ArcSums& sums, double noise, double angle) {
   const auto weight = [&](double sigma) { return noise * noise / (sigma * sigma); };
   Vector5 weights;
   weights << weight(kForceScale), Eigen::Vector2d::Constant(weight(kSteadyForce)),
-      Eigen::Vector2d::Constant(weight(kBodyForce));
+      Eigen::Vector2d::Constant(weight(kBodyBias));
   Eigen::Matrix<double, 5, 5> a = turn.transpose() * sums.a * turn;
   a.diagonal() += weights;
   Vector5 b = turn.transpose() * sums.b;

@@ -15,10 +15,10 @@ namespace {
 // the bends are; a wrong scale is the same at all widths.
 constexpr double kWidths[] = {1.0, 2.0, 3.0};
 constexpr double kMostNoise = 0.2;  // m; bends for more noise are too wide for the body's turns
-constexpr LagSearch kPositionLag = {0.5, 0.02};  // s
-constexpr double kLeastShare = 0.5;              // of a reading in a lateral force
-constexpr double kMostThrust = 0.3;    // share of z, beyond which more than x and y is turned
-constexpr double kLateralForce = 1.0;  // m/s^2, of drag at racing speed
+constexpr LagSearch kPositionLag = {0.5};  // s
+constexpr double kLeastShare = 0.5;        // of a reading in a lateral force
+constexpr double kMostThrust = 0.3;        // share of z, beyond which more than x and y is turned
+constexpr double kLateralForce = 1.0;      // m/s^2, of drag at racing speed
 constexpr double kLowShare = 0.65, kHighShare = 1.5;  // of an axis that reads another multiple
 
 // The positions at one width of bends, as they are and in the axes that are nearest to the

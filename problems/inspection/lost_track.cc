@@ -18,13 +18,9 @@ namespace trueline {
 namespace {
 
 constexpr double kFarFromZero = 0.3;           // m, of the rows beside a stretch of 0 0 0
-constexpr std::size_t kFewestRuns = 10;        // positions that differ
-constexpr double kLeastHeld = 0.1;             // s
 constexpr double kHeldJump = 0.05;             // m
 constexpr double kUsualStep = 0.9;             // quantile of the stream's own steps
-constexpr double kFar = 3.0;                   // times those
 constexpr double kLeastFlip = 30.0 * kDegree;  // beside the gyroscope's turn
-constexpr double kManyLost = 0.2;              // share of rows, that makes a stream useless
 
 template <class Sample>
 std::vector<LostStretch> ZerosOf(const std::vector<Sample>& samples) {
@@ -75,7 +71,7 @@ template <class Sample>
 std::vector<LostStretch> HeldPlaces(const std::vector<Sample>& samples) {
   std::vector<LostStretch> held;
   const std::vector<HeldRun> runs = HeldRuns(samples);
-  if (runs.size() < kFewestRuns) return held;
+  if (runs.size() < kFewest) return held;
   std::vector<double> steps, jumps;
   for (std::size_t k = 1; k < runs.size(); ++k) {
     steps.push_back(SecondsBetween(samples[runs[k - 1].first].t, samples[runs[k].first].t));
@@ -85,8 +81,8 @@ std::vector<LostStretch> HeldPlaces(const std::vector<Sample>& samples) {
   for (std::size_t k = 0; k + 1 < runs.size(); ++k) {
     const HeldRun& run = runs[k];
     const double seconds = SecondsBetween(samples[run.first].t, samples[run.last - 1].t);
-    if (seconds < std::max(kLeastHeld, kFar * usual_step)) continue;
-    if (jumps[k] < std::max(kHeldJump, kFar * usual_jump)) continue;
+    if (seconds < std::max(kHarmless, kLikely * usual_step)) continue;
+    if (jumps[k] < std::max(kHeldJump, kLikely * usual_jump)) continue;
     held.push_back({samples[run.first + 1].t, samples[run.last - 1].t});
   }
   return held;
@@ -217,7 +213,7 @@ void CheckShares(Examination* e) {
       e->Add(finding);
     }
     if (const double lost = share(kLostShare); lost > 0.0) {
-      const bool many = lost >= kManyLost;
+      const bool many = lost > 1.0 - kCovers;
       Finding finding{"rows_lost", stream.name, many ? Level::kFatal : Level::kNote, lost, "1"};
       finding.text = fmt::format(
           "{}.csv: {:.1f} % of the rows were left out by the conversion, as "

@@ -194,19 +194,18 @@ RunningIntegral<3> ForceIntegral(const FlightLog& log,
 std::optional<Eigen::Vector3d> MeanForceInEarth(const FlightLog& log,
                                                 const std::vector<AttitudeSample>& attitude,
                                                 double half) {
-  constexpr int kLeastKnown = 20;
   const RunningIntegral<3> twice = ForceIntegral(log, attitude);
   const LogClock clock(log);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  int known = 0;
+  std::size_t known = 0;
   for (const AttitudeSample& sample : attitude) {
     const Bend about{clock(sample.t), half, {}};
     if (!twice.Knows(about.t - half, about.t + half)) continue;
     sum += UnderTriangle(twice, about, 0.0);
     ++known;
   }
-  if (known < kLeastKnown) return std::nullopt;
-  return sum / known;
+  if (known < kFewest) return std::nullopt;
+  return sum / static_cast<double>(known);
 }
 
 RunningIntegral<9> AxisForceIntegral(const FlightLog& log,

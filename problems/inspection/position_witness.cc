@@ -10,7 +10,6 @@
 namespace trueline {
 namespace {
 
-constexpr std::size_t kLeastBends = 100;
 constexpr double kPoseNoise = 0.002;               // m
 constexpr double kBendNoise = 0.5;                 // m/s^2, wanted of a bend at most
 constexpr double kShortest = 0.2, kLongest = 2.0;  // s, half width of a bend
@@ -35,15 +34,15 @@ double HalfWidth(double noise) {
 std::optional<PositionWitness> PositionWitnessOf(const Examination& e, const std::string& stream,
                                                  double wider) {
   PositionWitness witness{stream, stream == "fixes" ? "attitude" : stream, {}, {}, 0.0};
-  if (stream == "fixes" && e.fixed.attitude.size() < 30 && e.fixed.mocap.size() > 30) {
+  if (stream == "fixes" && e.fixed.attitude.size() < kFewest && e.fixed.mocap.size() >= kFewest) {
     witness.of_attitude = "mocap";
   }
   witness.attitude = AttitudesOf(e.fixed, witness.of_attitude);
-  if (witness.attitude.size() < 30) return std::nullopt;
+  if (witness.attitude.size() < kFewest) return std::nullopt;
   witness.noise = NoiseOf(e.fixed, stream);
   witness.bends = BendsOf(PositionsOf(e.fixed, stream), LogClock(e.fixed),
                           wider * HalfWidth(witness.noise), kMostPairs);
-  if (witness.bends.size() < kLeastBends) return std::nullopt;
+  if (witness.bends.size() < kFewest) return std::nullopt;
   return witness;
 }
 
@@ -51,7 +50,7 @@ std::optional<VectorMatch> MatchBends(const Examination& e,
                                       const std::vector<AttitudeSample>& attitude,
                                       const std::vector<Bend>& bends) {
   const RunningIntegral<3> force = ForceIntegral(e.fixed, attitude);
-  return MatchVectors(AccelerationPairs(force, bends), {0.0, 0.02});
+  return MatchVectors(AccelerationPairs(force, bends), {0.0});
 }
 
 bool IsOfAhrs(const Examination& e, const PositionWitness& witness) {
@@ -62,7 +61,7 @@ std::optional<FollowingFit> FollowingOf(const Examination& e, const PositionWitn
                                         double reach) {
   const auto match = [&](const std::vector<AttitudeSample>& attitude) {
     const RunningIntegral<3> force = ForceIntegral(e.fixed, attitude);
-    return MatchVectors(AccelerationPairs(force, witness.bends), {reach, 0.02});
+    return MatchVectors(AccelerationPairs(force, witness.bends), {reach});
   };
   return FitFollowing(e.fixed, witness.attitude, match, &VectorMatch::correlation);
 }

@@ -18,7 +18,6 @@ constexpr int kTerms = kMostRotors + kOthers;
 constexpr int kConstant = kMostRotors;  // index of the constant
 constexpr double kHalf = 0.05;          // s, half width of the triangle over which all is averaged
 constexpr double kLayoutStep = 0.01;    // s, of lags
-constexpr std::size_t kMostTimes = 2000;
 // Of the largest eigenvalue of the channels' motion: less is what a motor's lag leaves of a mixer's
 // directions, not one of the mixer.
 constexpr double kLeastMotion = 1e-3;
@@ -95,7 +94,7 @@ class LayoutFit {
     const LogClock clock(log);
     squares_ = SquaresOf(log, channels, &scale_);
     const double end = clock(log.imu.back().t);
-    const double step = std::max(0.01, end / kMostTimes);
+    const double step = std::max(0.01, end / static_cast<double>(kMostPairs));
     for (double t = 0.5; t < end - 0.5; t += step) times_.push_back(t);
   }
 

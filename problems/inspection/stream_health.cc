@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "problems/inspection/clear.h"
 #include "problems/inspection/stuck.h"
 #include "problems/log/imu_health.h"
 #include "problems/result/statistics.h"
@@ -26,13 +27,11 @@ constexpr double kTurning = 0.25;  // of the speed in flight; what stands still 
 constexpr double kMotorLag = 0.01;
 constexpr double kMostLostSpeed = 0.01;  // of the mean speed
 // Gaps of rotors and motors: shorter ones are bridged by a straight line without harm.
-constexpr double kLongChannelStep = 10.0;  // median steps
-constexpr double kLongChannelGap = 0.1;    // s
-constexpr double kHarmfulTurn = 0.02;      // rad, by the single sample that a spike is
-constexpr double kHarmfulSpeed = 0.3;      // m/s, the same along the thrust; shifts b_az by 2 sigma
-constexpr double kDeadShare = 0.05;        // of the noise of the quieter neighbour
-constexpr double kQuietForce = 3e-4;       // m/s^2/sqrt(Hz): the best MEMS sensors have more noise
-constexpr double kQuietRate = 2e-5;        // rad/s/sqrt(Hz)
+constexpr double kHarmfulTurn = 0.02;  // rad, by the single sample that a spike is
+constexpr double kHarmfulSpeed = 0.3;  // m/s, the same along the thrust; shifts b_az by 2 sigma
+constexpr double kDeadShare = 0.05;    // of the noise of the quieter neighbour
+constexpr double kQuietForce = 3e-4;   // m/s^2/sqrt(Hz): the best MEMS sensors have more noise
+constexpr double kQuietRate = 2e-5;    // rad/s/sqrt(Hz)
 
 // Archive that collects a sample's numbers.
 struct Numbers {
@@ -219,7 +218,7 @@ class HealthFindings {
     const double span = log_.imu.empty() ? static_cast<double>(h.count) / h.rate + h.lost
                                          : SecondsBetween(log_.imu.front().t, log_.imu.back().t);
     const bool drives = h.stream == "rotors" || h.stream == "motors";
-    const bool long_gap = h.longest > std::max(kLongChannelGap, kLongChannelStep / h.rate);
+    const bool long_gap = h.longest > kHarmless;
     if (h.gaps > 0 && (imu || h.stream == "attitude" || (drives && long_gap))) {
       Add("gaps", h, h.lost > 0.02 * span ? Level::kBiases : Level::kWidens, h.lost, "s",
           fmt::format("{} gaps, the longest {:.3f} s", h.gaps, h.longest),

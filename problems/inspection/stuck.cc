@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/inspection/clear.h"
+
 namespace trueline {
 namespace {
 
-constexpr std::size_t kLeastDead = 100;  // samples
-constexpr std::size_t kLeastRun = 10;    // repeats; a shorter stretch harms no fit
-constexpr double kChance = 1e-9;         // that an ordinary signal stays for as long, in one column
-constexpr double kCalm = 0.05;           // more repeats of a neighbour than elsewhere: all is calm
+constexpr double kChance = 1e-9;  // that an ordinary signal stays for as long, in one column
+constexpr double kCalm = 0.05;    // more repeats of a neighbour than elsewhere: all is calm
 
 using Values = std::vector<double>;
 
@@ -84,9 +84,14 @@ bool IsCalm(const Sensor& sensor, std::size_t but, const Run& run) {
   return false;
 }
 
+template <class Sample>
+bool IsHarmless(const std::vector<Sample>& samples, const Run& run) {
+  return SecondsBetween(samples[run.first].t, samples[run.last - 1].t) < kHarmless;
+}
+
 // True for a run that an ordinary signal, which repeats as outside of the run, does not make.
 bool IsOdd(const Values& column, const Run& run) {
-  if (run.repeats() < kLeastRun || run.last - run.first == column.size()) return false;
+  if (run.last - run.first == column.size()) return false;
   const double log_chance =
       std::log(static_cast<double>(column.size())) +
       static_cast<double>(run.repeats()) * std::log(ShareOutside(column, run));
@@ -165,7 +170,7 @@ std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sampl
   for (const Sensor& sensor : SensorsOf(stream, samples)) {
     for (std::size_t k = 0; k < sensor.columns.size(); ++k) {
       const Run run = LongestRun(sensor.columns[k]);
-      if (!IsStuck(sensor, k, run)) continue;
+      if (IsHarmless(samples, run) || !IsStuck(sensor, k, run)) continue;
       stuck.push_back({sensor.names[k], sensor.columns[k][run.first], run.last - run.first,
                        ToSeconds(samples[run.first].t), ToSeconds(samples[run.last - 1].t)});
     }
@@ -182,7 +187,9 @@ std::vector<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<Sa
   for (std::size_t begin = 0; begin < changes.size();) {
     std::size_t end = begin + 1;
     while (end < changes.size() && changes[end] == changes[begin]) ++end;
-    if (IsOdd(changes, {begin, end})) all.push_back({samples[begin].t, samples[end - 1].t});
+    const Run run{begin, end};
+    if (!IsHarmless(samples, run) && IsOdd(changes, run))
+      all.push_back({samples[begin].t, samples[end - 1].t});
     begin = end;
   }
   return all;
@@ -191,7 +198,7 @@ std::vector<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<Sa
 template <class Sample>
 std::vector<std::string> FindDead(const Stream& stream, const std::vector<Sample>& samples) {
   std::vector<std::string> dead;
-  if (samples.size() < kLeastDead) return dead;
+  if (samples.size() < kFewest) return dead;
   for (const Sensor& sensor : SensorsOf(stream, samples)) {
     const bool still =
         std::all_of(sensor.columns.begin(), sensor.columns.end(), [](const Values& column) {
@@ -205,7 +212,7 @@ std::vector<std::string> FindDead(const Stream& stream, const std::vector<Sample
 
 std::vector<std::size_t> StillChannels(const std::vector<ChannelsSample>& samples) {
   std::vector<std::size_t> still;
-  if (samples.size() < kLeastDead) return still;
+  if (samples.size() < kFewest) return still;
   const std::vector<double>& first = samples.front().values;
   for (std::size_t k = 0; k < first.size(); ++k) {
     const bool changes = std::any_of(samples.begin(), samples.end(), [&](const ChannelsSample& s) {

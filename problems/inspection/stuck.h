@@ -41,11 +41,11 @@ std::vector<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<Sa
 bool TurnsMeanwhile(const FlightLog& log, const FrozenStretch& frozen);
 
 // The columns of each sensor of a stream (accelerometer, gyroscope, orientation, position) that
-// keeps one value in all of at least 100 samples, as "gx, gy and gz".
+// keeps one value in all of at least kFewest samples, as "gx, gy and gz".
 template <class Sample>
 std::vector<std::string> FindDead(const Stream& stream, const std::vector<Sample>& samples);
 
-// Channels, from 0, that have one value in all of at least 100 samples.
+// Channels, from 0, that have one value in all of at least kFewest samples.
 std::vector<std::size_t> StillChannels(const std::vector<ChannelsSample>& samples);
 
 }  // namespace trueline

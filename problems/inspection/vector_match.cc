@@ -14,8 +14,6 @@
 namespace trueline {
 namespace {
 
-constexpr int kMostBlocks = 8;  // that show their lag: the clock is steady
-
 std::vector<Eigen::Matrix3d> MakePermutations() {
   std::vector<Eigen::Matrix3d> all;
   std::array<int, 3> order = {0, 1, 2};
@@ -38,7 +36,7 @@ std::vector<Eigen::Matrix3d> MakePermutations() {
 std::optional<VectorMatch> MatchVectors(const PairsAt& pairs, const LagSearch& search) {
   const std::optional<SteadyMatch> steady = MatchSteady(pairs, search);
   if (!steady) return std::nullopt;
-  if (search.reach > 0.0 && steady->shown < kMostBlocks) {
+  if (search.reach > 0.0 && steady->shown < kCovers * kBlocks) {
     if (const auto drifting = MatchDrifting(pairs, *steady, search)) return drifting;
   }
   return steady->match;
@@ -94,7 +92,7 @@ PairsAt FixPairs(const FlightLog& log) {
   return [&log](double lag) {
     const LogClock clock(log);
     std::vector<VectorPair> pairs;
-    const std::size_t every = std::max<std::size_t>(1, log.fixes.size() / 1500);
+    const std::size_t every = std::max<std::size_t>(1, log.fixes.size() / kMostPairs);
     for (std::size_t i = 0; i < log.fixes.size(); i += every) {
       const Fix& fix = log.fixes[i];
       if (const auto p = PositionAt(log.mocap, fix.t - FromSeconds(lag))) {

@@ -49,7 +49,7 @@ struct LagSearch {
   double step = 0.02;  // s, of the coarse search
 };
 
-// No value for fewer than 30 pairs. The rotation over all of O(3) is Procrustes' (Schoenemann
+// No value for fewer than kFewest pairs. The rotation over all of O(3) is Procrustes' (Schoenemann
 // 1966); the lag maximises the sum of the singular values of the cross-covariance, which no
 // rotation changes. Sigmas are those of the jackknife over ten blocks of time. Where these blocks
 // show no common lag, a drift of up to 0.01 s/s is looked for and taken out of all else.

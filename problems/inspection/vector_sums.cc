@@ -7,7 +7,7 @@
 namespace trueline {
 
 double Correlation(const VectorSums& sums, bool any_turn) {
-  if (!(sums.n >= kLeastPairs) || !(sums.Scale() > 0.0)) return 0.0;
+  if (!(sums.n >= kFewest) || !(sums.Scale() > 0.0)) return 0.0;
   const Eigen::Matrix3d h = sums.Cov();
   const double shared =
       any_turn ? Eigen::JacobiSVD<Eigen::Matrix3d>(h).singularValues().sum() : h.trace();
@@ -15,8 +15,8 @@ double Correlation(const VectorSums& sums, bool any_turn) {
 }
 
 double CorrelationUnder(const Eigen::Matrix3d& turn, const VectorSums& block) {
-  constexpr double kFewest = 10.0;  // pairs
-  if (block.n < kFewest || !(block.Scale() > 0.0)) return std::nan("");
+  constexpr double kFewestOfBlock = 10.0;  // pairs
+  if (block.n < kFewestOfBlock || !(block.Scale() > 0.0)) return std::nan("");
   return (turn.transpose() * block.Cov()).trace() / block.Scale();
 }
 

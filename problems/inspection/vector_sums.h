@@ -14,8 +14,6 @@
 
 namespace trueline {
 
-inline constexpr int kLeastPairs = 30;
-
 // Sums from which all else follows; those of blocks add up.
 struct VectorSums {
   double n = 0.0, seen2 = 0.0, sure2 = 0.0;
@@ -49,7 +47,7 @@ struct VectorSums {
 
 using BlocksOfSums = std::array<VectorSums, kBlocks>;
 
-// Zero for fewer than kLeastPairs. `any_turn`: under the best rotation or reflection.
+// Zero for fewer than kFewest. `any_turn`: under the best rotation or reflection.
 double Correlation(const VectorSums& sums, bool any_turn = true);
 // Of one block under a given turn; NaN where it has too little.
 double CorrelationUnder(const Eigen::Matrix3d& turn, const VectorSums& block);
