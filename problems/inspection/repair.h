@@ -23,7 +23,7 @@ struct StreamRepair {
   bool inverse = false;
   // The right rotation is that of the file's three angles, each times a factor, in this order (see
   // AngleOrders()); empty: as the file has it.
-  std::string angle_order = "";
+  std::string angle_order = {};
   Eigen::Vector3d angle_factor = Eigen::Vector3d::Ones();
   // q becomes earth q body^T, a position `position` p. Rotations.
   Eigen::Matrix3d earth = Eigen::Matrix3d::Identity();
@@ -35,7 +35,7 @@ struct StreamRepair {
   double accel_scale = 1.0, gyro_scale = 1.0, position_scale = 1.0;
   // The stream whose attitude makes a specific force of what the accelerometer reads in the earth's
   // axes or with `gravity_removed` (1, or -1 where that earth has z up); empty: it reads one.
-  std::string force_by = "";
+  std::string force_by = {};
   bool force_in_earth = false;
   double gravity_removed = 0.0;
   double channel_scale = 1.0;  // of rotor speeds
