@@ -208,9 +208,11 @@ class FlightDiagnosis {
                            others, unstated_);
       cause.unstated_sigma = MeanSigma(errors, cause.value.size());
       AddOthersEvidence(options_, &cause);
-      judged.push_back({FlightEvidenceOf(TestFound(rest.fit(), all, i, beside),
-                                         PriorSizes(*all[i].candidate.info), errors),
-                        TestFound(rest.fit(), all, i).z()});
+      const ScoreTest test = TestFound(rest.fit(), all, i);
+      judged.push_back(
+          {FlightEvidenceOf(beside.empty() ? test : TestFound(rest.fit(), all, i, beside),
+                            PriorSizes(*all[i].candidate.info), errors),
+           test.z()});
     }
     return judged;
   }

@@ -20,6 +20,7 @@ namespace {
 constexpr double kFarFromZero = 0.3;           // m, of the rows beside a stretch of 0 0 0
 constexpr double kHeldJump = 0.05;             // m
 constexpr double kUsualStep = 0.9;             // quantile of the stream's own steps
+constexpr double kFar = 3.0;                   // times those
 constexpr double kLeastFlip = 30.0 * kDegree;  // beside the gyroscope's turn
 
 template <class Sample>
@@ -81,8 +82,8 @@ std::vector<LostStretch> HeldPlaces(const std::vector<Sample>& samples) {
   for (std::size_t k = 0; k + 1 < runs.size(); ++k) {
     const HeldRun& run = runs[k];
     const double seconds = SecondsBetween(samples[run.first].t, samples[run.last - 1].t);
-    if (seconds < std::max(kHarmless, kLikely * usual_step)) continue;
-    if (jumps[k] < std::max(kHeldJump, kLikely * usual_jump)) continue;
+    if (seconds < std::max(kHarmless, kFar * usual_step)) continue;
+    if (jumps[k] < std::max(kHeldJump, kFar * usual_jump)) continue;
     held.push_back({samples[run.first + 1].t, samples[run.last - 1].t});
   }
   return held;
