@@ -63,7 +63,7 @@ struct HeldOutErrors {
 };
 
 // Fits with causes that a flight keeps: a search that rejects a cause returns to the one before it.
-inline constexpr std::size_t kMostKept = 3;
+inline constexpr std::size_t kMostKept = 6;
 
 class DiagnosedFlight {
  public:

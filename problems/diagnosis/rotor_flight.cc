@@ -17,6 +17,9 @@ constexpr int kMostSteps = 4;  // of a refinement
 constexpr double kSmallGain = 0.05;  // a refinement that gains less ends
 constexpr double kIncrease = 0.05;   // a smaller one is the solver's tolerance
 constexpr double kRough = 0.01;      // that tolerance while causes are refined
+// Iterations of a solve meanwhile. Where a step was too long, the solve crawls: the cost stays
+// high.
+constexpr int kRoughIterations = 12;
 
 // Lowest height of the flight above the floor (p_z = 0), m.
 double LowestHeight(const RotorData& data) {
@@ -122,14 +125,17 @@ RotorBatchOptions RotorDrivenFlight::BatchOptions() const {
 }
 
 void RotorDrivenFlight::Solve(const std::vector<Found>& found, const RotorBatchResult* start,
-                              const RotorWeights* weights, double negligible) {
+                              const RotorWeights* weights, bool rough) {
   fit_.found = found;
   fit_.noise = options_.noise;
   fit_.setup =
       std::make_shared<RotorSetup>(MakeRotorSetup(log_, options_, *lagged_, EffectsOf(found)));
   RotorBatchOptions options = BatchOptions();
   options.covariance = false;
-  options.negligible = negligible;
+  if (rough) {
+    options.negligible = kRough;
+    options.max_iterations = kRoughIterations;
+  }
   fit_.batch = RunRotorBatch(fit_.setup->model, *fit_.setup->data, options, start, weights);
   normal_.reset();
 }
@@ -185,18 +191,18 @@ std::vector<Found> RotorDrivenFlight::AtLastFit(const std::vector<Found>& found,
 }
 
 bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found>* found) {
-  const RotorBatchResult start = fit_.batch;
-  const RotorWeights weights = fit_.weights.By();
-  const double most = start.cost + kIncrease;
-  Solve(*found, &start, &weights, kRough);
+  const Fitted start = fit_;
+  const RotorWeights weights = start.weights.By();
+  const double most = start.batch.cost + kIncrease;
+  Solve(*found, &start.batch, &weights, true);
   // Constants that absorbed part of the effect (inertia for a missing moment) make steps too long.
   for (int k = 0; k < kHalvings && fit_.batch.cost > most; ++k) {
     *found = Halfway(*found, before);
-    Solve(*found, &start, &weights, kRough);
+    Solve(*found, &start.batch, &weights, true);
   }
   if (fit_.batch.cost <= most) return true;
-  *found = before;
-  Solve(before, &start, &weights, kRough);
+  Restore(start);
+  *found = fit_.found = before;
   return false;
 }
 

@@ -83,9 +83,9 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   void Keep();
 
   // Solves with the causes held at their values, from `start` and by `weights`, as RunRotorBatch.
-  // `negligible`: as RotorBatchOptions'.
+  // `rough`: as exactly as a refinement's steps need it.
   void Solve(const std::vector<Found>& found, const RotorBatchResult* start,
-             const RotorWeights* weights, double negligible = RotorBatchOptions().negligible);
+             const RotorWeights* weights, bool rough = false);
   // The same from the prior, weights evaluated at its solution. Throws InputError if the model runs
   // away from the flight.
   void SolveFromPrior(const std::vector<Found>& found);
