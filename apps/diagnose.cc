@@ -47,6 +47,8 @@ namespace {
 
 constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a flight.
 
+  trueline-diagnose flight.ulg
+      converts the log on the way; the page is flight-diagnose/report.html
   trueline-diagnose --log=flight --out=result
       tries every effect of the catalogue; names those that the flight proves, with size, sigma and
       what they are worth on arcs that took no part; result/model.yaml is the better model

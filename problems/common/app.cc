@@ -43,6 +43,34 @@ std::string OwnFlags() {
   return text;
 }
 
+bool HasFlag(const char* name) {
+  gflags::CommandLineFlagInfo info;
+  return gflags::GetCommandLineFlagInfo(name, &info);
+}
+
+// Words that are no flags are the logs that a verb works on. Results then go beside, into a folder
+// named by the first log and the verb, unless --out says where. Returns that folder; "" if the user
+// named one, or the verb makes no page of a log. Throws InputError for any other word.
+std::string TakeLogs(const std::string& program, const std::vector<std::string>& words) {
+  namespace fs = std::filesystem;
+  const char* flag = HasFlag("log") ? "log" : "in";
+  std::string given, out;
+  const bool takes = gflags::GetCommandLineOption(flag, &given) && given.empty();
+  for (const std::string& word : words) {
+    std::error_code unknown;
+    if (takes && fs::exists(word, unknown)) continue;
+    throw InputError(fmt::format("'{}' is not a flag{}; flags are --name=value (see {} --help)",
+                                 word, takes ? ", nor a log that exists" : "", program));
+  }
+  if (words.empty()) return "";
+  gflags::SetCommandLineOption(flag, fmt::format("{}", fmt::join(words, ",")).c_str());
+  if (!gflags::GetCommandLineOption("out", &out) || !out.empty() || !HasFlag("report")) return "";
+  const std::string first = fs::weakly_canonical(words.front()).filename().string();
+  out = first.substr(0, first.find('.', 1)) + program.substr(program.find('-'));
+  gflags::SetCommandLineOption("out", out.c_str());
+  return out;
+}
+
 // Keeps freed memory for the next allocation. By default glibc returns matrices of some 100 kB to
 // the system each time that a thread frees them.
 void KeepFreedMemory() {
@@ -131,11 +159,11 @@ int RunApp(const std::string& program, const std::string& usage, int* argc, char
   std::setvbuf(stdout, nullptr, _IOLBF, 0);  // messages and progress land between lines only
   std::signal(SIGXFSZ, SIG_IGN);             // a write beyond `ulimit -f` is an error, no kill
   return RunGuarded(program, [&] {
-    if (*argc > 1) {
-      throw InputError(fmt::format("'{}' is not a flag; flags are --name=value (see {} --help)",
-                                   (*argv)[1], program));
-    }
+    const std::string beside = TakeLogs(program, {*argv + 1, *argv + *argc});
     const int code = body();
+    std::string quiet;
+    gflags::GetCommandLineOption("quiet", &quiet);
+    if (!beside.empty() && quiet != "true") fmt::print("results: {}\n", beside);
     if (std::fflush(stdout) != 0) {
       throw InputError("standard output could not be written to the end; is the disk full?");
     }

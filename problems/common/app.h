@@ -37,8 +37,8 @@ std::string Printable(std::string text);
 // exception into exit code 1.
 int RunGuarded(const std::string& program, const std::function<int()>& body);
 
-// The body of every main: parses gflags (a usage text with examples), answers --help, refuses stray
-// arguments, and runs `body` guarded.
+// The body of every main: parses gflags (a usage text with examples), answers --help, and runs
+// `body` guarded. A word that is no flag is a log (--log or --in), or refused.
 int RunApp(const std::string& program, const std::string& usage, int* argc, char*** argv,
            const std::function<int()>& body);
 

@@ -55,6 +55,19 @@ TEST_F(CalibrateApp, RefusesWrongFlags) {
   EXPECT_THAT(estimator.err, HasSubstr("estimator 'magic' is not known; use one of:"));
 }
 
+TEST_F(CalibrateApp, TakesALogWithoutAFlagAndPutsResultsBeside) {
+  const auto here = std::filesystem::current_path();
+  std::filesystem::current_path(root_);
+  const Outcome done = Run("log --gamma_sweep= --report=false");
+  const Outcome twice = Run("log --log=log");
+  std::filesystem::current_path(here);
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("results: log-calibrate\n"));
+  EXPECT_TRUE(std::filesystem::exists(root_ / "log-calibrate" / "calibration.yaml"));
+  EXPECT_EQ(twice.exit_code, 2);
+  EXPECT_THAT(twice.err, HasSubstr("'log' is not a flag;"));
+}
+
 TEST_F(CalibrateApp, RefusesAVerdictWhereAskedTo) {
   const Outcome unknown = Calibrate("--fail_on=bad");
   EXPECT_EQ(unknown.exit_code, 2);
