@@ -61,8 +61,9 @@ using namespace trueline;  // NOLINT(google-build-using-namespace): a main file
 
 constexpr char kProposed[] = "proposed_map.yaml";
 
-// `found`: by what map the log is read where the user gives none, else null.
-int Convert(const ImportMap& map, const FoundLog* found) {
+// `found`: by what map the log is read where the user gives none, else null. `read`: the log as
+// that map reads it without options.
+int Convert(const ImportMap& map, const FoundLog* found, std::optional<FlightLog> read) {
   std::vector<std::string> outputs = NativeLogFiles();
   if (found != nullptr) outputs.emplace_back(kProposed);  // else it may be the user's edited one
   for (const std::string& input : SplitPaths(FLAGS_in)) {
@@ -82,8 +83,10 @@ int Convert(const ImportMap& map, const FoundLog* found) {
   options.fixes_from_mocap = OverrideFixes(
       map, {FLAGS_straights, FLAGS_min_count, FLAGS_max_count, FLAGS_sigma_factor,
             FLAGS_sigma_floor, FLAGS_student_dof, FLAGS_outlier_share, FLAGS_outlier_size});
-  FlightLog converted = found == nullptr ? ConvertLog(map, SplitPaths(FLAGS_in), options)
-                                         : ConvertFound(*found, options);
+  const bool as_read = read && !options.fixes_from_mocap && !options.fix_sigma;
+  FlightLog converted = as_read            ? *std::move(read)
+                        : found == nullptr ? ConvertLog(map, SplitPaths(FLAGS_in), options)
+                                           : ConvertFound(*found, options);
   const std::string moved =
       map.mocap_on_imu_clock ? AlignMocap(map.fixes_from_mocap.has_value(), &converted) : "";
   if (!moved.empty()) Warn(moved, FLAGS_quiet);
@@ -116,14 +119,14 @@ void Propose(const std::string& proposed) {
 // can be made, an earlier one stays; the map to be edited comes beside it.
 int WithoutMap() {
   FoundLog found = FindLog(SplitPaths(FLAGS_in));
-  SettleProposal(&found);
+  std::optional<FlightLog> read = SettleProposal(&found);
   if (FLAGS_out.empty()) {
     WarnAll(found.recording->warnings(), FLAGS_quiet);
     if (!FLAGS_quiet) fmt::print("{}\n{}", ListChannels(*found.recording), found.map);
     return kExitDone;
   }
   try {
-    return Convert(MapOf(found), &found);
+    return Convert(MapOf(found), &found, std::move(read));
   } catch (const NoUsableLog& error) {
     if (!found.shipped && !FLAGS_quiet) {
       WarnAll(found.recording->warnings(), FLAGS_quiet);
@@ -152,7 +155,7 @@ int WithMap() {
   const ImportMap map = ReadUserMap(FLAGS_map, SplitPaths(FLAGS_in), &warnings, &node);
   WarnAll(warnings, FLAGS_quiet);
   try {
-    return Convert(map, nullptr);
+    return Convert(map, nullptr, std::nullopt);
   } catch (const UnknownColumn& error) {
     throw InputError(error.what() + OtherMap());
   }

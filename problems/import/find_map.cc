@@ -121,6 +121,12 @@ void AddTracker(FoundLog* found) {
   found->shipped.reset();
 }
 
+// Of the mean specific force from the body's -z, deg.
+double LeanOf(const FlightLog& log) {
+  const Eigen::Vector3d force = MeanForce(log);
+  return std::acos(std::clamp(-force.z() / force.norm(), -1.0, 1.0)) / kDegree;
+}
+
 // Commas between logs mean several flights.
 std::string OtherFiles(const std::string& file) {
   const std::vector<std::string> files = SplitPaths(file);
@@ -130,6 +136,8 @@ std::string OtherFiles(const std::string& file) {
 }
 
 }  // namespace
+
+bool HasOtherUp(const FlightLog& log) { return !(LeanOf(log) < kMaxLean); }
 
 bool HasCommandsAlone(const FlightLog& log) { return log.imu.empty() && !log.motors.empty(); }
 
@@ -232,7 +240,7 @@ ImportMap MapOf(const FoundLog& found) {
 }
 
 std::vector<std::string> AssumptionWarnings(const FoundLog& found) {
-  if (found.assumed.empty()) return {};
+  if (found.assumed.empty() || found.shipped) return found.assumed;
   std::vector<std::string> warnings = {
       fmt::format("{}: no map is known for it. The names and numbers of its columns say what "
                   "follows; check it, and correct proposed_map.yaml where it is wrong",
@@ -313,13 +321,11 @@ std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& f
   } else if (log.fixes.empty() && log.mocap.empty()) {
     throw NoUsableLog(NoPositions(file));
   }
-  const Eigen::Vector3d force = MeanForce(log);
-  const double lean = std::acos(std::clamp(-force.z() / force.norm(), -1.0, 1.0)) / kDegree;
-  if (!(lean < kMaxLean)) {
+  if (HasOtherUp(log)) {
     found.push_back(
         fmt::format("{}: the mean specific force is {:.0f} deg off the body's -z; check "
                     "'body' in the map",
-                    file, lean));
+                    file, LeanOf(log)));
   }
   return found;
 }

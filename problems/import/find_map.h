@@ -25,7 +25,7 @@ struct FoundLog {
   std::unique_ptr<Recording> recording;
   std::optional<ImportMap> shipped;
   std::string map;  // YAML
-  // What a proposal assumes, a line each; empty for a map that ships.
+  // What a proposal assumes, a line each; of a map that ships, what the log showed otherwise.
   std::vector<std::string> assumed;
 };
 
@@ -41,7 +41,7 @@ bool AreTables(const FoundLog& found);
 // A line for each input and stream of a map, and one for its axes.
 std::vector<std::string> AssumptionsOf(const YAML::Node& map);
 
-// What to say of a log that was read by a proposal; nothing where the map ships.
+// What to say of a log that was read by a proposal.
 std::vector<std::string> AssumptionWarnings(const FoundLog& found);
 
 // The log, converted by its map. Throws NoUsableLog, with what is missing, where none can be made.
@@ -55,6 +55,10 @@ ImportMap ReadUserMap(const std::string& path, const std::vector<std::string>& f
 // A map to edit, as YAML: channels and columns by the names of their fields; axes and units that no
 // name states by the size of the numbers, as comments say.
 std::string ProposeMap(Recording* recording);
+
+// Whether the mean specific force is far from the body's -z, so that another axis points up. True
+// of a log without an IMU.
+bool HasOtherUp(const FlightLog& log);
 
 // A log of commands without an IMU.
 bool HasCommandsAlone(const FlightLog& log);

@@ -93,12 +93,41 @@ std::vector<std::string> TakenAway(const Inspection& before, const Inspection& a
   return lines;
 }
 
+// A recording whose accelerometer has another axis up than the shipped map says: EuRoC's stands
+// upright, other ASL folders hold a drone's. Its axes are by one of the field's conventions if the
+// log so read has fewer faults.
+std::optional<FlightLog> SettleAxes(FoundLog* found) {
+  FlightLog log = ConvertLog(*found->shipped, found->files, {});
+  if (log.imu.empty() || !HasOtherUp(log)) return log;
+  std::size_t fewest = CountFaults(Inspect(log, {}));
+  const YAML::Node shipped = YAML::Load(found->map);
+  const std::string file = found->shipped->file, earth = shipped["earth"].Scalar();
+  for (const auto& [up, body] : {std::pair{earth, "FLU"}, {earth, "FRD"}, {"NED", "FRD"}}) {
+    YAML::Node map = YAML::Clone(shipped);
+    map["earth"] = up;
+    map["body"] = body;
+    const ImportMap other = ReadImportMapText(TextOf(map), file);
+    Reading reading = ReadBy(other, found->files);
+    const std::size_t faults = CountFaults(reading.inspection);
+    if (faults >= fewest) continue;
+    fewest = faults;
+    log = std::move(reading.log);
+    found->shipped = other;
+    found->map = TextOf(map);
+    found->assumed = {fmt::format(
+        "{}: the accelerometer shows other axes than {} states: earth {}, body {}. That x is "
+        "forward is assumed",
+        found->recording->file(), file, up, body)};
+  }
+  return log;
+}
+
 }  // namespace
 
 std::optional<FlightLog> SettleProposal(FoundLog* found) {
-  if (found->shipped && !AreTables(*found)) return std::nullopt;
   std::optional<FlightLog> log;
   try {
+    if (found->shipped && !AreTables(*found)) return SettleAxes(found);
     Reading before = ReadBy(MapOf(*found), found->files);
     log = std::move(before.log);
     const auto read = [&](const YAML::Node& map) {

@@ -11,7 +11,8 @@ namespace trueline {
 // Where the names of the log's columns only suggest units, the form of a quaternion or axes, and
 // an inspection of the log so read shows others, `found` gets the map that reads those, and a line
 // in `assumed` for each. The corrected map counts only if an inspection of what it reads has fewer
-// faults. A map that ships is taken for its units' names in tables alone: recordings state them.
+// faults. A map that ships is taken for its units' names in tables alone: recordings state them. Of
+// a recording only the axes are settled, where another one points up than its map says.
 // Returns the log that the map in `found` then reads; none where that was not tried.
 std::optional<FlightLog> SettleProposal(FoundLog* found);
 

@@ -100,13 +100,12 @@ class SettleProposalTest : public testing::Test {
     EXPECT_NEAR(place(log), place(alone), 0.02);
   }
 
-  TestFolder folder_;
-  std::vector<std::string> warnings_;
-
- private:
   static void Write(std::ofstream* file, const Eigen::Vector3d& v) {
     *file << fmt::format(",{:.9f},{:.9f},{:.9f}", v.x(), v.y(), v.z());
   }
+
+  TestFolder folder_;
+  std::vector<std::string> warnings_;
 };
 
 TEST_F(SettleProposalTest, WhatTheNamesSayIsLeftWhereTheLogAgrees) {
@@ -162,6 +161,38 @@ TEST_F(SettleProposalTest, AccelerationsMayBeOfTheEarthAndWithoutGravity) {
     ExpectFlight({.in_earth = true, .no_gravity = true, .up = up, .flight = "hippodrome"});
     EXPECT_THAT(warnings_, Contains(HasSubstr("without gravity")));
   }
+}
+
+// EuRoC's IMU stands upright, and its map says so. Others write such folders, too.
+TEST_F(SettleProposalTest, AnAslFolderMayHoldADroneWhoseImuLiesFlat) {
+  const FlightLog& log = Flight("figure_eight");
+  for (const char* sensor : {"imu0", "state_groundtruth_estimate0"}) {
+    std::filesystem::create_directories(folder_ / "asl" / "mav0" / sensor);
+  }
+  std::ofstream imu(folder_ / "asl/mav0/imu0/data.csv");
+  imu << "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+         "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
+  const Eigen::DiagonalMatrix<double, 3> flat(1, -1, -1);
+  for (const ImuSample& sample : log.imu) {
+    imu << sample.t;
+    Write(&imu, flat * sample.gyro);
+    Write(&imu, flat * sample.accel);
+    imu << "\n";
+  }
+  std::ofstream truth(folder_ / "asl/mav0/state_groundtruth_estimate0/data.csv");
+  truth << "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [],"
+           " q_RS_z []\n";
+  for (const PoseSample& sample : log.mocap) {
+    const Eigen::Quaterniond q(flat * sample.q_E.toRotationMatrix() * flat);
+    truth << sample.t;
+    Write(&truth, flat * sample.p_E);
+    truth << fmt::format(",{},{},{},{}\n", q.w(), q.x(), q.y(), q.z());
+  }
+  imu.close(), truth.close();
+  const FlightLog read = ReadAnyLog((folder_ / "asl").string());
+  EXPECT_THAT(read.warnings, Contains(HasSubstr("earth NWU, body FLU")));
+  EXPECT_LT((read.imu.front().accel - log.imu.front().accel).norm(), 1e-6);
+  EXPECT_LT((read.mocap.front().p_E - log.mocap.front().p_E).norm(), 1e-6);
 }
 
 TEST_F(SettleProposalTest, SeveralGuessesMayBeWrongAtOnce) {
