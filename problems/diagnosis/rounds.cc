@@ -211,15 +211,16 @@ class CauseSearch {
     return false;
   }
 
-  // Adds causes to the model and drops those that they explain away.
-  void Add(const Explanation& best) {
+  // Adds causes to the model and drops those that they explain away, unless fewer than
+  // `at_least` are left: the caller then withdraws them all.
+  void Add(const Explanation& best, std::size_t at_least = 0) {
     for (std::size_t i = 0; i < best.effects.size(); ++i) {
       rounds_.p.push_back(std::min(1.0, best.effects[i].p * tried_));
       rounds_.confused.push_back(best.confused[i]);
       rounds_.found.push_back(Refined(best.effects[i], *flight_));
     }
     flight_->Fit(&rounds_.found);
-    while (DropExplainedAway()) flight_->Fit(&rounds_.found);
+    while (DropExplainedAway() && rounds_.found.size() >= at_least) flight_->Fit(&rounds_.found);
   }
 
   // Drops the last cause that is no longer significant given the others, or no longer plausible,
@@ -244,7 +245,7 @@ class CauseSearch {
   bool AddOnTrial(const Explanation& best, std::size_t at_least = 0) {
     const Rounds before = rounds_;
     const std::vector<Candidate> candidates_before = candidates_;
-    Add(best);
+    Add(best, at_least);
     if (rounds_.found.size() >= at_least) {
       next_ = TestAll();
       if (!BeyondEffects(next_->remaining) || Approximations(*next_).empty()) return true;
