@@ -18,8 +18,7 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kMovedBy = 0.3;           // s, by which effects move stamps
-constexpr double kAttitudeSpacing = 0.02;  // s, between attitudes compared
+constexpr double kMovedBy = 0.3;  // s, by which effects move stamps
 
 // The kernel (1 - u^2)^4 and its second derivative; both vanish smoothly at u = +-1.
 double Kernel(double u) { return std::pow(std::max(0.0, 1.0 - u * u), 4); }

@@ -9,6 +9,8 @@
 
 namespace trueline {
 
+inline constexpr double kAttitudeSpacing = 0.02;  // s, between attitudes compared
+
 // Three rows for each sample, and the columns of what an agreeing stream may still differ by:
 // turned frames, biases.
 struct StreamRows {

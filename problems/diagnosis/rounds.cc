@@ -205,10 +205,46 @@ class CauseSearch {
         const double most = kFirstSize * t.candidate.info->parameters[k].plausible;
         t.value[k] = std::clamp(t.value[k], -most, most);
       }
-      const std::size_t before = rounds_.found.size();
-      if (AddOnTrial({{t}, {{}}, t.LinearMerit()}, before + 1)) return true;
     }
-    return false;
+    if (const auto shown = ShownByWitness(evidence)) likely.push_back(*shown);
+    return std::ranges::any_of(likely, [&](const Tested& t) {
+      return AddOnTrial({{t}, {{}}, t.LinearMerit()}, rounds_.found.size() + 1);
+    });
+  }
+
+  // An error of the attitude that its witness shows beside the causes in the model, with the size
+  // that it shows; the surest one. A flight whose constants imitate it has no word of it.
+  std::optional<Tested> ShownByWitness(const FlightEvidence& evidence) {
+    std::optional<Tested> surest;
+    double most = EvidenceNeeded(options_.alpha);
+    for (const std::size_t i : BestOfEach(evidence.tested())) {
+      Tested t = evidence.tested()[i];
+      if (t.candidate.info->enters != EntersAt::kAttitude) continue;
+      if (!seen_.insert(t.candidate.Label()).second) continue;
+      std::vector<Cause> asked;
+      for (const Found& f : rounds_.found) {
+        asked.push_back({f.candidate, f.value, 0.0 * f.value, 0.0, {}, Gain(), Gain(), {}, {}});
+      }
+      asked.push_back(CauseOf(t));
+      AskWitnesses(flight_->data(), flight_->log(), flight_->Path(), &asked);
+      const Witness& witness = asked.back().witness;
+      if (witness.value.size() != t.value.size() || !witness.independent ||
+          !Plausible(t.candidate, witness.value)) {
+        continue;
+      }
+      ScoreTest alone;
+      alone.value = witness.value - t.candidate.Neutral();
+      alone.cov_model =
+          (witness.sigma.cwiseAbs2() + t.candidate.Ordinary().cwiseAbs2()).asDiagonal();
+      alone.cov_cluster = alone.cov_model;
+      const double shown = FlightEvidenceOf(alone, PriorSizes(*t.candidate.info)) -
+                           std::log(static_cast<double>(tried_ * t.tried));
+      if (shown < most) continue;
+      most = beside_flight_[t.candidate.Label()] = shown;
+      t.value = witness.value;
+      surest = t;
+    }
+    return surest;
   }
 
   // Adds causes to the model and drops those that they explain away, unless fewer than
@@ -283,6 +319,7 @@ class CauseSearch {
   std::vector<Candidate> candidates_;
   std::set<std::string> misjudged_;              // labels of those that were fitted for it
   std::set<std::string> asked_;                  // labels of those that a witness was asked for
+  std::set<std::string> seen_;                   // the same, whatever the flight says
   std::map<std::string, double> beside_flight_;  // evidence of those that it shows, by label
   int tried_;                                    // effects
   double alpha_;                                 // of one of them

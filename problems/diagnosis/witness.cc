@@ -356,7 +356,14 @@ void AskGyro(const FlightLog& log, const std::vector<VelocitySample>& path,
     if (info.enters == EntersAt::kAttitude && !info.drifts && !known) asking.push_back(&cause);
   }
   if (asking.empty() || log.imu.empty() || log.attitude.empty()) return;
-  AskOne(log, path, AgainstGyroscope(), asking);
+  FlightLog apart = log;
+  apart.attitude.clear();
+  for (const AttitudeSample& s : log.attitude) {
+    const bool near =
+        !apart.attitude.empty() && s.t < apart.attitude.back().t + FromSeconds(kAttitudeSpacing);
+    if (!near) apart.attitude.push_back(s);
+  }
+  AskOne(apart, path, AgainstGyroscope(), asking);
 }
 
 }  // namespace

@@ -119,6 +119,21 @@ TEST(Diagnose, SlowNamesOneEffectOfEachKind) {
   ExpectAsLargeAsStated(squares);
 }
 
+// Two gates that each lap passes alike: biases of the accelerometer imitate the error, and the
+// flight alone shows none of it. The gyroscope does.
+TEST(Diagnose, SlowNamesAnErrorOfTheAttitudeThatConstantsImitate) {
+  SimulationConfig config = testing_simulation::ReadShipped("figure_eight");
+  config.effects = {{"ahrs_acceleration_error", {{"k", 0.8}}}};
+  config.duration = 110.0;
+  FlightLog log = testing_simulation::Fly(config, 5).log;
+  log.mocap.clear();
+  const Diagnosis diagnosis = DiagnoseQuickly(log);
+  ASSERT_EQ(diagnosis.causes.size(), 1U);
+  EXPECT_EQ(diagnosis.causes[0].candidate.id(), "ahrs_acceleration_error");
+  EXPECT_NEAR(diagnosis.causes[0].value[0], 0.8, 2.0 * diagnosis.causes[0].sigma[0]);
+  EXPECT_LT(diagnosis.causes[0].sigma[0], 0.3);
+}
+
 // Without mocap. The flight has an observer of third order, the effect a low-pass of second.
 TEST(Diagnose, SlowNamesAnAttitudeFilterThatKnowsNoDrag) {
   FlightLog log = FlyHiding({{"ahrs_drag_error", {{"k", 0.4}}}}, 29);
