@@ -194,14 +194,15 @@ Vector PositionOf(const Channel& channel, const std::vector<FieldGroup>& groups,
 
 // Latitude, longitude and height.
 Texts PlaceOnEarthOf(const Channel& channel) {
+  // A plain name before longer ones, as "alt" before "baro_alt".
   const auto find = [&](const Texts& names) -> std::string {
-    for (const std::string& name : names) {
-      for (const ChannelField& field : channel.fields) {
-        const std::string last = LastOf(LowerCase(field.name));
-        if (last == name || last.starts_with(name + "_") || last.starts_with(name + " ") ||
-            last.starts_with(name + "[") || last.starts_with(name + "(") ||
-            last.ends_with("_" + name)) {
-          return field.name;
+    for (const bool longer : {false, true}) {
+      for (const std::string& name : names) {
+        for (const ChannelField& field : channel.fields) {
+          const std::string last = LastOf(LowerCase(field.name)),
+                            bare = last.substr(0, last.find_first_of(" [("));
+          const bool holds = last.starts_with(name + "_") || last.ends_with("_" + name);
+          if (bare == name || (longer && holds)) return field.name;
         }
       }
     }

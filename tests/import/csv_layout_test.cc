@@ -47,6 +47,14 @@ TEST_F(CsvLayoutOf, CommasMayBeDecimalBesideText) {
   EXPECT_EQ(Guess("t,x,note\n0.1,2,a;b\n0.2,3,c;d\n").separators, (CsvSeparators{',', false}));
 }
 
+// As data frames are written: the rows' numbers have no name.
+TEST_F(CsvLayoutOf, ANamelessColumnIsNoSignOfRows) {
+  for (const char* text : {";t;x\n0;0,1;1,5\n1;0,2;1,5\n2;0,3;1,5\n3;0,4;1,5\n",
+                           ";t;x\n0;0.1;1.5\n1;0.2;1.5\n2;0.3;1.5\n3;0.4;1.5\n"}) {
+    EXPECT_EQ(Guess(text).columns, (std::vector<std::string>{"1", "t", "x"})) << text;
+  }
+}
+
 TEST_F(CsvLayoutOf, WithoutAHeaderColumnsAreNumbers) {
   const CsvLayout layout = Guess("0,0.1,7\n1,0.2,8\n");
   EXPECT_FALSE(layout.header);

@@ -239,14 +239,14 @@ Head HeadOf(const std::vector<std::string>& lines, const std::vector<std::string
   std::vector<std::vector<std::string>> texts;  // lines of the rows' width before the first row
   std::vector<std::size_t> places;
   for (std::size_t i = 0; i < lines.size() / 2; ++i) {
-    std::vector<std::string> line = Split(lines[i], {separators.delimiter, false});
+    const std::vector<std::string> line = Split(lines[i], separators);
     if (line.size() != row.size()) continue;
     if (!AreNames(line, row)) {
       // Numbers of bodies, or a row with gaps.
       if (Count(line, IsValue) < Count(row, IsValue)) continue;
       break;
     }
-    texts.push_back(std::move(line));
+    texts.push_back(Split(lines[i], {separators.delimiter, false}));
     places.push_back(i);
   }
   if (texts.empty()) return {};
