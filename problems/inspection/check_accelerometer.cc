@@ -176,13 +176,6 @@ void CheckMeanForce(Examination* e) {
       "axis looks the same");
 }
 
-// Accelerations that no vehicle has on average.
-bool AreOfAnotherUnit(const std::vector<Bend>& bends, double gravity) {
-  double square = 0.0;
-  for (const Bend& bend : bends) square += bend.acceleration.squaredNorm();
-  return square > std::pow(kMostGravities * gravity, 2) * static_cast<double>(bends.size());
-}
-
 }  // namespace
 
 void AddAccelerometerScale(Examination* e, double factor, double sigma, const std::string& why) {
@@ -220,7 +213,8 @@ void CheckAccelerometer(Examination* e) {
     if (!witness) continue;
     auto bends = InEarthOfAttitude(*e, *witness);
     if (!bends) continue;
-    if (AreOfAnotherUnit(*bends, e->log.gravity)) return;  // CheckPositions() says so
+    // Of another unit, which CheckPositions() says.
+    if (RmsAcceleration(*bends) > kMostGravities * e->log.gravity) return;
     JudgeAssumedAxes(e, *witness, *bends);
     CheckAxes(e, *witness, *bends);
     const std::vector<Finding> lateral = CheckLateralAxes(e, stream);

@@ -5,6 +5,7 @@
 #include "problems/common/units.h"
 #include "problems/inspection/clear.h"
 #include "problems/inspection/force_fit.h"
+#include "problems/inspection/heading.h"
 #include "problems/inspection/position_witness.h"
 
 namespace trueline {
@@ -23,6 +24,19 @@ bool SameTurn(const RateWitness& a, const RateWitness& b) {
   if ((a.turn.determinant() > 0.0) != (b.turn.determinant() > 0.0)) return false;
   const double sigma = std::sqrt(a.match.turn_cov.trace() + b.match.turn_cov.trace());
   return TurnBetween(a.turn, b.turn).norm() < std::max(kOtherAxes, kLikely * sigma);
+}
+
+// Whether north of the positions is turned from that of the attitude as its body is: then the
+// attitude is in other axes of both, as angles are of which two have the other sign.
+bool IsTurnedInEarthToo(const Examination& e, const RateWitness& witness) {
+  if (witness.stream != "attitude" || !IsHeading(witness.turn)) return false;
+  for (const char* stream : {"mocap", "fixes"}) {
+    const auto heading = HeadingOf(e.fixed, stream, kOrdinaryGain);
+    if (!heading) continue;
+    const double apart = std::remainder(heading->angle + HeadingIn(witness.turn), 2.0 * M_PI);
+    return heading->none_excluded > kLikely && std::abs(apart) < std::abs(heading->angle);
+  }
+  return false;
 }
 
 // Whether the gyroscope is turned rather than the witnesses that say so.
@@ -55,6 +69,9 @@ Blame WhoIsTurned(const Examination& e, const std::vector<const RateWitness*>& t
     return {false, fmt::format("the mean specific force leans by {:.0f} deg as read, as it should, "
                                "and by {:.0f} deg if the IMU were turned",
                                before / kDegree, after / kDegree)};
+  }
+  if (IsTurnedInEarthToo(e, first)) {
+    return {false, "north of the positions is turned from its own by as much"};
   }
   return {first.stream == "attitude",
           first.stream == "attitude"
@@ -129,13 +146,6 @@ void TurnAttitude(Examination* e, const RateWitness& witness, const std::string&
   e->Add(finding);
 }
 
-// Whether the ratio of sizes is off by more than noise in either stream explains.
-bool IsOff(const VectorMatch& match) {
-  const double least =
-      std::abs(std::log(match.gain)) + std::log(match.correlation) - kShown * match.gain_sigma;
-  return least > 0.0 && std::abs(match.gain - 1.0) > kOtherScale;
-}
-
 // The unit that the gyroscope's readings are in. Noise of the attitude's rates makes the ratio of
 // sizes larger than the factor, that of the gyroscope smaller, by the correlation at most.
 const KnownUnit* UnitOfRates(const VectorMatch& match) {
@@ -147,10 +157,10 @@ const KnownUnit* UnitOfRates(const VectorMatch& match) {
 // changes fast turns, a scale changes slow ones as well.
 bool IsScaled(const Examination& e, const RateWitness& witness) {
   const VectorMatch& match = witness.match;
-  if (!IsOff(match)) return false;
+  if (!IsOffScale(match)) return false;
   if (UnitOfRates(match) == nullptr && match.correlation < kGood) return false;
   const auto slow = MatchLongTurns(e, witness.stream);
-  return slow && IsOff(*slow) &&
+  return slow && IsOffScale(*slow) &&
          std::abs(slow->gain - match.gain) <= 0.3 * std::abs(match.gain - 1.0);
 }
 
@@ -236,7 +246,7 @@ void JudgeLoneScale(Examination* e, const RateWitness& witness) {
 
 // Whether the rates agree well enough to tell that the gyroscope reads them right.
 bool IsSound(const VectorMatch& match) {
-  return !IsOff(match) && match.correlation > kSound && match.gain_sigma < kOtherScale;
+  return !IsOffScale(match) && match.correlation > kSound && match.gain_sigma < kOtherScale;
 }
 
 void CheckGain(Examination* e) {

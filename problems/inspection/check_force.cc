@@ -58,10 +58,14 @@ std::vector<std::optional<double>> ForcesAcross(const Examination& e, const std:
     n += 1.0;
   }
   std::vector<std::optional<double>> across(all.size());
+  // Turned by hand it feels gravity alone, the same in earth as read, and across its z.
+  const bool flies =
+      n > 0.0 && square / n - (sums[0] / n).squaredNorm() > kMuchLess * squares[0] / n;
   for (std::size_t i = 0; i < all.size() && n > 0.0; ++i) {
     const double mean = sums[all[i].in_earth ? 1 : 0].norm() / n;
     const bool removed = mean < kNoGravity * std::sqrt(square / n);
-    if (i == 0 || removed == (all[i].gravity_removed != 0.0)) across[i] = std::sqrt(squares[i] / n);
+    const bool may_be = flies && removed == (all[i].gravity_removed != 0.0);
+    if (i == 0 || may_be) across[i] = std::sqrt(squares[i] / n);
   }
   return across;
 }

@@ -84,8 +84,10 @@ bool AddDrift(Examination* e, const std::string& stream) {
   const std::vector<ImuSample>& imu = e->fixed.imu;
   const TimeNs from = imu.front().t, middle = imu[imu.size() / 2].t, to = imu.back().t;
   const auto first = HeadingOf(PartOf(e->fixed, from, middle), stream, kOrdinaryGain);
-  const auto second = HeadingOf(PartOf(e->fixed, middle, to), stream, kOrdinaryGain);
+  auto second = HeadingOf(PartOf(e->fixed, middle, to), stream, kOrdinaryGain);
   if (!first || !second) return false;
+  // Beside half a turn one may be positive and the other negative.
+  second->angle = first->angle + std::remainder(second->angle - first->angle, 2.0 * M_PI);
   const HalvesFit offset = FitHalves(*first, *second, {1.0, 1.0}),
                   drift = FitHalves(*first, *second, {0.25, 0.75});
   if (offset.chi2 < drift.chi2) return false;

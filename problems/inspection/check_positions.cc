@@ -29,10 +29,6 @@ struct Reference {
   const PositionWitness* of_ahrs = nullptr;  // where an AHRS turned the accelerometer
 };
 
-bool IsHeading(const Eigen::Matrix3d& turn) {
-  return turn.determinant() > 0.0 && turn(2, 2) > 0.97;
-}
-
 // Repeats the match after removing the lag of an AHRS that follows acceleration; none if the filter
 // explains as much without a lag.
 std::optional<VectorMatch> BesideFilter(Examination* e, const PositionWitness& witness,
@@ -122,12 +118,6 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
   AddPositionAxes(e, turn, finding);
 }
 
-bool IsOffScale(const VectorMatch& match) {
-  const double least = std::abs(std::log(match.gain)) + std::log(match.correlation) -
-                       kShown * match.gain_sigma / match.gain;
-  return least > 0.0 && std::abs(match.gain - 1.0) > kOtherScale;
-}
-
 // Against the accelerometer, over bends `wider` times as wide as usual.
 std::optional<PositionScale> ScaleByForce(const Examination& e, const std::string& stream,
                                           double wider) {
@@ -136,9 +126,7 @@ std::optional<PositionScale> ScaleByForce(const Examination& e, const std::strin
   TurnLikePositions(e, *witness, &witness->bends);
   auto scale = FitPositionScale(BodyForce(e.fixed, witness->attitude), witness->bends);
   if (!scale) return std::nullopt;
-  double squares = 0.0;
-  for (const Bend& bend : witness->bends) squares += bend.acceleration.squaredNorm();
-  const double rms = std::sqrt(squares / static_cast<double>(witness->bends.size()));
+  const double rms = RmsAcceleration(witness->bends);
   // A tilt of the attitude that changes with the acceleration looks like a scale as well.
   const bool own = witness->of_attitude != "attitude" && !e.IsCopy(witness->of_attitude);
   const double tilt =

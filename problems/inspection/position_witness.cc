@@ -66,6 +66,12 @@ std::optional<FollowingFit> FollowingOf(const Examination& e, const PositionWitn
   return FitFollowing(e.fixed, witness.attitude, match, &VectorMatch::correlation);
 }
 
+double RmsAcceleration(const std::vector<Bend>& bends) {
+  double squares = 0.0;
+  for (const Bend& bend : bends) squares += bend.acceleration.squaredNorm();
+  return std::sqrt(squares / static_cast<double>(bends.size()));
+}
+
 void TurnBends(const Eigen::Matrix3d& turn, std::vector<Bend>* bends) {
   for (Bend& bend : *bends) bend.acceleration = turn * bend.acceleration;
 }
@@ -77,10 +83,8 @@ std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,
   std::vector<Bend> bends = witness.bends;
   if (witness.stream != "fixes") return bends;
   if (match->correlation < kAlike) return std::nullopt;
-  const Eigen::Matrix3d turn = match->turn;
-  const double heading = std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1));
   const Eigen::Matrix3d yaw =
-      Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+      Eigen::AngleAxisd(HeadingIn(match->turn), Eigen::Vector3d::UnitZ()).toRotationMatrix();
   TurnBends(yaw.transpose(), &bends);
   return bends;
 }

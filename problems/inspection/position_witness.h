@@ -36,6 +36,7 @@ bool IsOfAhrs(const Examination& e, const PositionWitness& witness);
 std::optional<FollowingFit> FollowingOf(const Examination& e, const PositionWitness& witness,
                                         double reach);
 
+double RmsAcceleration(const std::vector<Bend>& bends);  // m/s^2
 void TurnBends(const Eigen::Matrix3d& turn, std::vector<Bend>* bends);
 
 // The bends in the earth of the attitude, where the two differ by a heading alone. None where they

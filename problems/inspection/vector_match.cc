@@ -56,6 +56,20 @@ Eigen::Vector3d TurnBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) 
   return RotationVector(Eigen::Quaterniond(turn));
 }
 
+bool IsOffScale(const VectorMatch& match) {
+  const double least = std::abs(std::log(match.gain)) + std::log(match.correlation) -
+                       kShown * match.gain_sigma / match.gain;
+  return least > 0.0 && std::abs(match.gain - 1.0) > kOtherScale;
+}
+
+bool IsHeading(const Eigen::Matrix3d& turn) {
+  return turn.determinant() > 0.0 && turn(2, 2) > 0.97;
+}
+
+double HeadingIn(const Eigen::Matrix3d& turn) {
+  return std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1));
+}
+
 bool Differs(const VectorMatch& match, const Eigen::Matrix3d& other, double least) {
   if ((match.turn.determinant() > 0.0) != (other.determinant() > 0.0)) return true;
   const Eigen::Vector3d turn = TurnBetween(match.turn, other);

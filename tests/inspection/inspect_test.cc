@@ -14,6 +14,7 @@
 #include "problems/inspection/motion.h"
 #include "problems/log/native_log.h"
 #include "problems/result/yaml_text.h"
+#include "problems/simulation/simulate_rotor_flight.h"
 #include "tests/common/test_files.h"
 #include "tests/simulation/short_flight.h"
 
@@ -205,6 +206,71 @@ TEST(Inspect, FindsNothingInAGoodLog) {
   const Inspection inspection = Inspect(GoodLog(), {});
   EXPECT_THAT(Harmful(inspection), IsEmpty());
   EXPECT_TRUE(inspection.repairs.IsNone());
+}
+
+// A quadrotor in a small laboratory. Its attitude filter errs by a slow tilt and is in time; mocap,
+// and the fixes taken from it, are `late` (s).
+FlightLog LaboratoryLog(const std::string& lissajous, double late) {
+  const TestFolder folder;
+  YAML::Node config =
+      YAML::LoadFile(std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/rotors/random.yaml");
+  config["trajectory"] = YAML::Load("{kind: lissajous, duration: 40, " + lissajous + "}");
+  for (const char* place : {"r_BM", "r_BP"}) config["vehicle"][place] = YAML::Load("[0, 0, 0]");
+  config["biases"]["accel"] = YAML::Load("[0.05, -0.05, 0.1]");
+  config["simulation"]["pose_rate"] = 100;
+  config["simulation"]["noise"] = YAML::Load(
+      "{sigma_accel: 0.3, sigma_gyro: 0.02, sigma_position: 0.001, sigma_attitude: 0.004, "
+      "force_density: 0.05, angular_density: 0.2}");
+  std::ofstream(folder / "flight.yaml") << config;
+  const RotorFlightConfig flight = ReadRotorFlight(YamlMap::FromFile(folder / "flight.yaml"));
+  FlightLog log = SimulateRotorFlight(flight.simulation, flight.path, 3);
+  log.rotors.clear();
+  for (PoseSample& pose : log.pose) {
+    const double t = ToSeconds(pose.t);
+    const Eigen::Vector3d error(0.012 * std::sin(0.31 * t), 0.012 * std::sin(0.23 * t), -0.008);
+    const Eigen::AngleAxisd tilt(error.norm(), error.normalized());
+    log.attitude.push_back({pose.t, Eigen::Quaterniond(tilt) * pose.q_E});
+    pose.t += FromSeconds(late);
+    if (log.attitude.size() % 20 == 0) log.fixes.push_back({pose.t, pose.p_E, 0.05, 0});
+  }
+  log.mocap = std::move(log.pose);
+  log.pose.clear();
+  return log;
+}
+
+TEST(Inspect, AHelixAndASlowFigureAccuseNobody) {
+  for (const char* path :
+       {"amplitude: [0.8, 0.8, 0.4, 0], frequency: [0.28, 0.28, 0.035, 0], phase: [0, 1.571, 0, 0]",
+        "amplitude: [0.65, 0.65, 0.1, 0], frequency: [0.11, 0.085, 0.05, 0], phase: [0, 1, 0, "
+        "0]"}) {
+    EXPECT_THAT(Harmful(Inspect(LaboratoryLog(path, 0.0), {})), IsEmpty()) << path;
+    EXPECT_THAT(Harmful(Inspect(LaboratoryLog(path, 0.05), {})),
+                testing::ElementsAre("clock_offset of mocap"))
+        << path;
+  }
+}
+
+// Carried and turned on the ground: gravity is all that the accelerometer feels.
+TEST(Inspect, AVehicleThatIsTurnedByHandHasNoThrust) {
+  FlightLog log = GoodLog();
+  log.mocap.clear();
+  log.fixes.clear();
+  for (std::size_t i = 0; i < log.attitude.size(); ++i) {
+    const double t = ToSeconds(log.attitude[i].t - log.attitude[0].t);
+    const Eigen::Vector3d turn(0.5 * std::sin(1.7 * t), 0.4 * std::sin(2.3 * t), 2.0 * t);
+    log.attitude[i].q_Ep_I = Eigen::AngleAxisd(turn.z(), Eigen::Vector3d::UnitZ()) *
+                             Eigen::AngleAxisd(turn.y(), Eigen::Vector3d::UnitY()) *
+                             Eigen::AngleAxisd(turn.x(), Eigen::Vector3d::UnitX());
+  }
+  log.imu.resize(log.attitude.size());
+  for (std::size_t i = 1; i < log.imu.size(); ++i) {
+    const Eigen::Quaterniond &q = log.attitude[i].q_Ep_I, &before = log.attitude[i - 1].q_Ep_I;
+    const double dt = SecondsBetween(log.attitude[i - 1].t, log.attitude[i].t);
+    const Eigen::AngleAxisd step(before.conjugate() * q);
+    log.imu[i] = {log.attitude[i].t, q.conjugate() * Eigen::Vector3d(0, 0, -log.gravity),
+                  step.axis() * step.angle() / dt};
+  }
+  EXPECT_THAT(Harmful(Inspect(log, {})), testing::Not(Contains("not_specific_force of imu")));
 }
 
 // A bias and a tilt of the IMU turn with the vehicle as the acceleration of its laps does: they are

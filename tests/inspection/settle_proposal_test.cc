@@ -145,7 +145,10 @@ TEST_F(SettleProposalTest, AnglesMayHaveSignsUnitsAndAnOrderOfTheirOwn) {
     ExpectFlight(other);
     EXPECT_THAT(warnings_, Contains(HasSubstr("the angles of"))) << angle.transpose();
   }
-  Table enu = table, xyz = table;
+  // Roll and pitch of the other sign: body and earth are turned by half a turn at once.
+  Table two = table, enu = table, xyz = table;
+  two.angle = {-1, -1, 1};
+  ExpectFlight(two);
   enu.angle = {1, 1, -1};
   enu.yaw = -M_PI / 2;
   ExpectFlight(enu);

@@ -19,32 +19,6 @@ namespace {
 
 constexpr std::size_t kSampleRows = 1000;  // that show the head, the time column and its unit
 
-class CsvRowDecoder : public MessageDecoder {
- public:
-  explicit CsvRowDecoder(const CsvLayout& layout) : separators_(layout.separators) {
-    for (std::size_t i = 0; i < layout.columns.size(); ++i) {
-      fields_.push_back({layout.columns[i], layout.units.empty() ? "" : layout.units[i]});
-    }
-  }
-
-  bool Describe(std::string_view, Channel* channel) override {
-    channel->fields = fields_;
-    return true;
-  }
-  bool Decode(std::string_view message, std::vector<Cell>* cells) const override {
-    std::vector<std::string_view> texts;
-    ValueSplitter splitter(separators_);
-    splitter.Split(message, &texts);
-    if (texts.size() != cells->size()) return false;
-    ParseCells(texts, 0, cells);
-    return true;
-  }
-
- private:
-  std::vector<ChannelField> fields_;
-  CsvSeparators separators_;
-};
-
 std::vector<std::string> Split(std::string_view line, const CsvSeparators& separators) {
   std::vector<std::string_view> texts;
   ValueSplitter splitter(separators);
@@ -339,14 +313,38 @@ CsvLayout GuessCsvLayout(const std::filesystem::path& path) {
   return layout;
 }
 
+bool TableDecoder::Describe(std::string_view, Channel* channel) {
+  for (const TableColumn& column : columns_) channel->fields.push_back({column.name, column.unit});
+  return true;
+}
+
+bool TableDecoder::Decode(std::string_view message, std::vector<Cell>* cells) const {
+  std::vector<std::string_view> texts;
+  ValueSplitter splitter(separators_);
+  splitter.Split(message, &texts);
+  if (texts.size() != width_) return false;
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    const TableColumn& column = columns_[i];
+    double value = 0.0;
+    if (!ParseNumber(texts[column.index], &value)) continue;
+    (*cells)[i] = Cell(column.scale * value + column.shift);
+  }
+  return true;
+}
+
 void WalkCsv(const std::filesystem::path& path, MessageSink* sink) {
   const CsvLayout layout = GuessCsvLayout(path);
   const std::string unknown = WhyNoTrajectory(path);
   for (const std::string& warning : {layout.warning, unknown}) {
     if (!warning.empty()) sink->Warn(warning);
   }
-  const std::size_t channel =
-      sink->AddChannel({"rows", 0, ""}, [&] { return std::make_unique<CsvRowDecoder>(layout); });
+  std::vector<TableColumn> columns;
+  for (std::size_t i = 0; i < layout.columns.size(); ++i) {
+    columns.push_back({i, layout.columns[i], layout.units.empty() ? "" : layout.units[i]});
+  }
+  const std::size_t channel = sink->AddChannel({"rows", 0, ""}, [&] {
+    return std::make_unique<TableDecoder>(columns, layout.separators, columns.size());
+  });
   LineReader lines(path);
   std::string_view line;
   for (int i = 0; i < layout.LinesBeforeRows(); ++i) lines.Next(&line);

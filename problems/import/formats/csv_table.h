@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "problems/import/formats/recording.h"
@@ -55,6 +56,28 @@ bool IsValue(const std::string& text);  // a number, or a date or time of day
 
 // Throws InputError for a file without text.
 CsvLayout GuessCsvLayout(const std::filesystem::path& path);
+
+struct TableColumn {
+  std::size_t index;
+  std::string name;  // of the field
+  std::string unit;
+  double scale = 1.0, shift = 0.0;
+};
+
+// Numbers of some columns of a row that has `width` of them.
+class TableDecoder : public MessageDecoder {
+ public:
+  TableDecoder(std::vector<TableColumn> columns, const CsvSeparators& separators, std::size_t width)
+      : columns_(std::move(columns)), separators_(separators), width_(width) {}
+
+  bool Describe(std::string_view, Channel* channel) override;
+  bool Decode(std::string_view message, std::vector<Cell>* cells) const override;
+
+ private:
+  std::vector<TableColumn> columns_;
+  CsvSeparators separators_;
+  std::size_t width_;
+};
 
 // The channel `rows`; records have time 0 where no time column is found.
 void WalkCsv(const std::filesystem::path& path, MessageSink* sink);

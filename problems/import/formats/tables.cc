@@ -99,13 +99,6 @@ constexpr auto kPx4Topics = std::to_array<std::string_view>({
     "vehicle_angular_velocity",
 });
 
-struct TableColumn {
-  std::size_t index;
-  std::string name;  // of the field
-  std::string unit;
-  double scale = 1.0, shift = 0.0;
-};
-
 struct TableChannel {
   std::string name, type;
   int instance = 0;
@@ -435,36 +428,6 @@ const char* MakeFormat(std::vector<Table>* tables) {
   return kTablesFormat;
 }
 
-class TableDecoder : public MessageDecoder {
- public:
-  TableDecoder(const TableChannel& channel, const CsvSeparators& separators, std::size_t width)
-      : columns_(channel.columns), separators_(separators), width_(width) {}
-
-  bool Describe(std::string_view, Channel* channel) override {
-    for (const TableColumn& column : columns_)
-      channel->fields.push_back({column.name, column.unit});
-    return true;
-  }
-  bool Decode(std::string_view message, std::vector<Cell>* cells) const override {
-    std::vector<std::string_view> texts;
-    ValueSplitter splitter(separators_);
-    splitter.Split(message, &texts);
-    if (texts.size() != width_) return false;
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      const TableColumn& column = columns_[i];
-      double value = 0.0;
-      if (!ParseNumber(texts[column.index], &value)) continue;
-      (*cells)[i] = Cell(column.scale * value + column.shift);
-    }
-    return true;
-  }
-
- private:
-  std::vector<TableColumn> columns_;
-  CsvSeparators separators_;
-  std::size_t width_;
-};
-
 std::vector<Table> MakeTables(const std::vector<std::string>& files, const char** key) {
   std::vector<Table> tables;
   for (const std::string& file : files) tables.push_back(MakeTable(file));
@@ -542,7 +505,7 @@ class TableRows {
     if (is_new) {
       place->second = sink_->AddChannel(
           {channel.name, instance, channel.type, table_.file + std::to_string(i)}, [&] {
-            return std::make_unique<TableDecoder>(channel, table_.layout.separators,
+            return std::make_unique<TableDecoder>(channel.columns, table_.layout.separators,
                                                   table_.layout.columns.size());
           });
     }
