@@ -146,6 +146,13 @@ void TurnAttitude(Examination* e, const RateWitness& witness, const std::string&
   e->Add(finding);
 }
 
+// Whether the ratio of sizes is off by more than noise in either stream explains.
+bool IsOff(const VectorMatch& match) {
+  const double least =
+      std::abs(std::log(match.gain)) + std::log(match.correlation) - kShown * match.gain_sigma;
+  return least > 0.0 && std::abs(match.gain - 1.0) > kOtherScale;
+}
+
 // The unit that the gyroscope's readings are in. Noise of the attitude's rates makes the ratio of
 // sizes larger than the factor, that of the gyroscope smaller, by the correlation at most.
 const KnownUnit* UnitOfRates(const VectorMatch& match) {
@@ -157,10 +164,10 @@ const KnownUnit* UnitOfRates(const VectorMatch& match) {
 // changes fast turns, a scale changes slow ones as well.
 bool IsScaled(const Examination& e, const RateWitness& witness) {
   const VectorMatch& match = witness.match;
-  if (!IsOffScale(match)) return false;
+  if (!IsOff(match)) return false;
   if (UnitOfRates(match) == nullptr && match.correlation < kGood) return false;
   const auto slow = MatchLongTurns(e, witness.stream);
-  return slow && IsOffScale(*slow) &&
+  return slow && IsOff(*slow) &&
          std::abs(slow->gain - match.gain) <= 0.3 * std::abs(match.gain - 1.0);
 }
 
@@ -246,7 +253,7 @@ void JudgeLoneScale(Examination* e, const RateWitness& witness) {
 
 // Whether the rates agree well enough to tell that the gyroscope reads them right.
 bool IsSound(const VectorMatch& match) {
-  return !IsOffScale(match) && match.correlation > kSound && match.gain_sigma < kOtherScale;
+  return !IsOff(match) && match.correlation > kSound && match.gain_sigma < kOtherScale;
 }
 
 void CheckGain(Examination* e) {

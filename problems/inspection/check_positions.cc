@@ -118,6 +118,12 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
   AddPositionAxes(e, turn, finding);
 }
 
+bool IsOffScale(const VectorMatch& match) {
+  const double least = std::abs(std::log(match.gain)) + std::log(match.correlation) -
+                       kShown * match.gain_sigma / match.gain;
+  return least > 0.0 && std::abs(match.gain - 1.0) > kOtherScale;
+}
+
 // Against the accelerometer, over bends `wider` times as wide as usual.
 std::optional<PositionScale> ScaleByForce(const Examination& e, const std::string& stream,
                                           double wider) {

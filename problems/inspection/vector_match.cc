@@ -56,12 +56,6 @@ Eigen::Vector3d TurnBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) 
   return RotationVector(Eigen::Quaterniond(turn));
 }
 
-bool IsOffScale(const VectorMatch& match) {
-  const double least = std::abs(std::log(match.gain)) + std::log(match.correlation) -
-                       kShown * match.gain_sigma / match.gain;
-  return least > 0.0 && std::abs(match.gain - 1.0) > kOtherScale;
-}
-
 bool IsHeading(const Eigen::Matrix3d& turn) {
   return turn.determinant() > 0.0 && turn(2, 2) > 0.97;
 }

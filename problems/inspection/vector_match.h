@@ -62,9 +62,6 @@ double JackknifeSigma(const std::vector<double>& without);
 // more than `least` (rad).
 bool Differs(const VectorMatch& match, const Eigen::Matrix3d& other, double least);
 
-// Whether the ratio of sizes is off by more than noise in either stream explains.
-bool IsOffScale(const VectorMatch& match);
-
 // The rotation by which `a` is turned against `b`, as a vector (rad).
 Eigen::Vector3d TurnBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
 

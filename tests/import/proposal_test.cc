@@ -46,7 +46,7 @@ TEST_F(Proposal, APositionWithoutAnAttitudeIsAFix) {
 TEST_F(Proposal, APlainAltitudeCountsBeforeABarometers) {
   const FlightLog log = Convert(std::string(kImuNames) + ",baro_alt,lat,lon,alt [m]\n",
                                 std::string(kImuRow) + ",7,47.4,8.5,488");
-  EXPECT_THAT(map_, HasSubstr("geodetic: [lat, lon, \"alt [m]\"]"));
+  EXPECT_THAT(map_, HasSubstr("geodetic: [\"lat\", \"lon\", \"alt [m]\"]"));
   EXPECT_EQ(log.fixes.size(), 3U);
 }
 
