@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <tuple>
 
 #include "problems/common/error.h"
@@ -19,17 +20,38 @@ namespace {
 
 constexpr double kShapeSigma = 0.1;  // relative, of I_z by I_x and I_y of a quadrotor
 
+const char* RotorDrag(const std::string& parameter) {
+  return parameter == "K_z" ? "rotor_inflow" : "rotor_speed_drag";
+}
+// What acts as linear drag: its name, and what it acts by.
+std::map<std::string, const char*> OtherDrag(const std::string& parameter) {
+  return {{RotorDrag(parameter), "S_h"}, {std::string("c_") + parameter.back(), "v_m"}};
+}
+
+// rad/s, of a rotor.
+double MeanSpeed(const FlightLog& log) {
+  double sum = 0.0;
+  for (const ChannelsSample& sample : log.rotors) {
+    for (const double speed : sample.values)
+      sum += speed / static_cast<double>(sample.values.size());
+  }
+  return sum / static_cast<double>(log.rotors.size());
+}
+
 // What the file states, by the names that flights are compared by; `at` becomes the place. None
 // where it does not state it.
 std::optional<double> StatedBy(const VehicleFile& file, const NeutralVehicle& flight,
                                const std::string& parameter, const Reading** at) {
   const NeutralVehicle& v = file.vehicle;
   *at = file.Find(parameter == "k_m/k_f" ? "k_m" : parameter);
-  if (parameter[0] == 'K') {  // linear drag, or what acts as it in hover
-    const Reading* rotors = file.Find(parameter == "K_z" ? "rotor_inflow" : "rotor_speed_drag");
+  if (parameter[0] == 'K') {  // linear drag, or what acts as it in hover or at the flight's speed
     double drag = *at != nullptr ? (*at)->Beside(flight) : 0.0;
-    if (rotors != nullptr) drag -= rotors->Beside(flight) * flight.Get("S_h");
-    if (*at == nullptr) *at = rotors;
+    for (const auto& [name, by] : OtherDrag(parameter)) {
+      const Reading* other = file.Find(name);
+      if (other == nullptr) continue;
+      drag -= other->Beside(flight) * flight.Get(by);
+      if (*at == nullptr || (*at)->number == 0.0) *at = other;
+    }
     return *at != nullptr ? std::optional(drag) : std::nullopt;
   }
   // 0 where rotors count from it; levers alone state no centre.
@@ -41,6 +63,13 @@ std::optional<double> StatedBy(const VehicleFile& file, const NeutralVehicle& fl
   return parameter == "k_m/k_f" ? v.Get("k_m") / v.Get("k_f") : v.Get(parameter);
 }
 
+// Of an I_z beside I_x and I_y.
+bool PlausibleYaw(const NeutralVehicle& v, double inertia) {
+  constexpr double kFlattest = 1.02, kTallest = 0.55;  // of the sum; a plate has 1
+  const double share = inertia / (v.Get("I_x") + v.Get("I_y"));
+  return share > kTallest && share < kFlattest;
+}
+
 // k_m / I_z: which of the two is wrong. A flight shows their ratio only.
 struct YawBlame {
   bool inertia = false;        // I_z is wrong, k_m right
@@ -50,13 +79,9 @@ struct YawBlame {
 };
 YawBlame BlameForYaw(const NeutralVehicle& file, double flight_k_m, double file_k_m,
                      double flight_k_f, const NeutralVehicle& flight, bool roll_or_pitch_wrong) {
-  // I_z over I_x + I_y of quadrotors; a plate has 1.
-  constexpr double kFlattest = 1.02, kTallest = 0.55;
   const double others = flight.Get("I_x") + flight.Get("I_y");
   const double other_inertia = file.Get("I_z") * file_k_m / flight_k_m;
-  const auto plausible = [&](double inertia) {
-    return inertia > kTallest * others && inertia < kFlattest * others;
-  };
+  const auto plausible = [&](double inertia) { return PlausibleYaw(flight, inertia); };
   const double moment = file_k_m / flight_k_f;
   const bool moment_plausible = moment > kLeastMoment && moment < kMostMoment;
   YawBlame blame;
@@ -141,21 +166,109 @@ void JudgeHeight(const FlightJudge& judge, const VehicleFile& file, const Neutra
   judge.Compare("r_BM_z", stated, height, &file, file.Find("r_BM_z"));
 }
 
-// A flight shows k_f times the arm over the moments of inertia about x and y. True where both are
-// wrong by one factor, so that the arm may be.
-bool ConfuseWithArm(Audit* audit) {
-  constexpr double kAlike = 0.1;  // relative
-  std::vector<Contradicted*> both;
-  for (Contradicted& c : audit->contradicted) {
-    if (c.parameter == "I_x" || c.parameter == "I_y") both.push_back(&c);
+bool StatesRotors(const FlightLog& log, const NeutralVehicle& v) {
+  return log.vehicle && log.vehicle->rotors.size() == v.rotors.size();
+}
+
+constexpr double kAlike = 0.1;  // relative, of factors by which two numbers are wrong
+
+const Reading* ArmIn(const VehicleFile& file) {
+  const Reading* at = nullptr;
+  for (const char* name : {"arm", "lever", "lever_x", "x_M", "x"}) {
+    if (at == nullptr) at = file.Find(name);
   }
-  const auto ratio = [&](std::size_t i) { return both[i]->file_value / *both[i]->flight_value; };
-  if (both.size() < 2 || std::abs(ratio(0) / ratio(1) - 1.0) > kAlike) return false;
-  for (Contradicted* c : both) {
-    c->confused_with = {"arm"};
-    c->text += "; or the arm by the inverse: state the places of the rotors in log.yaml";
+  return at;
+}
+
+// The factor by which all of `names` differ alike, stated over shown, so that one other number
+// explains them. 1: they do not.
+double OneFactor(const FlightJudge& judge, std::initializer_list<const char*> names,
+                 const std::function<double(const std::string&)>& stated,
+                 const std::map<std::string, FlightValue>& values) {
+  double sum = 0.0, least = INFINITY, most = 0.0;
+  for (const std::string name : names) {
+    const auto value = values.find(name);
+    if (value == values.end() || !value->second.shown ||
+        !judge.Differs(name, stated(name), value->second)) {
+      return 1.0;
+    }
+    const double factor = stated(name) / value->second.value;
+    sum += factor, least = std::min(least, factor), most = std::max(most, factor);
   }
-  return true;
+  return most < (1.0 + kAlike) * least ? sum / static_cast<double>(names.size()) : 1.0;
+}
+
+// `names` of `values`, times `factor`.
+void Scale(std::initializer_list<const char*> names, double factor,
+           std::map<std::string, FlightValue>* values) {
+  for (const char* name : names) {
+    FlightValue& value = (*values)[name];
+    value.value *= factor, value.sigma *= std::abs(factor);
+  }
+}
+
+// A flight shows k_f / m, and k_f times the arm over I_x and over I_y. Where k_f, I_x and I_y are
+// off by one factor and nobody has weighed the vehicle, one number explains it: the mass. Where I_x
+// and I_y are, and yaw, where no arm acts, is not: the arm. The flights then get it. True where the
+// arm may be wrong, and is not named.
+bool JudgeMassAndArm(const FlightJudge& judge, const VehicleFile& file, double stated_ratio,
+                     std::vector<FlightEstimate>* flights,
+                     std::map<std::string, FlightValue>* values) {
+  const NeutralVehicle& v = file.vehicle;
+  const auto stated = [&](const std::string& name) { return v.Get(name); };
+  const auto name_it = [&](const char* name, double factor, const Reading* at, const char* others) {
+    const FlightValue &x = (*values)["I_x"], &y = (*values)["I_y"];
+    const double in_file = v.Get(name), value = factor * in_file;
+    const double sigma = 0.5 * value * std::hypot(x.sigma / x.value, y.sigma / y.value);
+    if (!judge.Compare(name, in_file, {value, sigma, true}, &file, at)) return false;
+    judge.audit->contradicted.back().text += fmt::format("; or {} by the inverse: state ", others);
+    return true;
+  };
+  const bool known = (judge.log.vehicle && judge.log.vehicle->mass) || file.target->by_thrust;
+  const double mass = OneFactor(judge, {"k_f", "I_x", "I_y"}, stated, *values);
+  if (!known && mass != 1.0 && name_it("m", mass, file.Find("m"), "k_f, I_x and I_y")) {
+    Contradicted& entry = judge.audit->contradicted.back();
+    entry.confused_with = {"k_f", "I_x", "I_y"}, entry.text += "the weighed mass in log.yaml";
+    Scale({"k_f", "I_x", "I_y"}, mass, values), Scale({"k_m/k_f"}, 1.0 / mass, values);
+    for (FlightEstimate& flight : *flights) {
+      for (const char* name : {"m", "I_x", "I_y", "I_z"}) {
+        flight.vehicle.body[name] *= mass, flight.constants[FindRotorConstant(name)] *= mass;
+      }
+      for (Numbers& rotor : flight.vehicle.rotors) rotor["k_f"] *= mass, rotor["k_m"] *= mass;
+      flight.fitted_moment *= mass;
+    }
+  }
+  const FlightValue& yaw = (*values)["k_m/k_f"];
+  const double arm = OneFactor(judge, {"I_x", "I_y"}, stated, *values);
+  if (StatesRotors(judge.log, v) || arm == 1.0) return false;
+  if (!yaw.shown || !PlausibleYaw(v, v.Get("I_z")) || judge.Differs("k_m/k_f", stated_ratio, yaw) ||
+      !name_it("arm", arm, ArmIn(file), "I_x and I_y")) {
+    return true;
+  }
+  Contradicted& entry = judge.audit->contradicted.back();
+  entry.confused_with = {"I_x", "I_y"}, entry.text += "the places of the rotors in log.yaml";
+  Scale({"I_x", "I_y"}, arm, values);
+  for (FlightEstimate& flight : *flights) {
+    flight.vehicle = With(flight.vehicle, "arm", arm * v.Get("arm"));
+    for (const char* name : {"I_x", "I_y"}) {
+      flight.vehicle.body[name] *= arm, flight.constants[FindRotorConstant(name)] *= arm;
+    }
+  }
+  return false;
+}
+
+// The vehicle of the flight, and its values, with drag as it is at the rotors' speeds of hover
+// where the file has it go with those: files are compared at them.
+NeutralVehicle AtHover(const VehicleFile& file, NeutralVehicle flight,
+                       std::map<std::string, FlightValue>* values) {
+  const double mean = flight.Get("S_h");
+  flight.body.erase("S_h");
+  for (const char* name : {"K_x", "K_y", "K_z"}) {
+    if (file.Find(name) != nullptr || file.Find(RotorDrag(name)) == nullptr) continue;
+    const double share = flight.Get("S_h") / mean;
+    Scale({name}, share, values), flight.body[name] *= share;
+  }
+  return flight;
 }
 
 std::vector<FlightEstimate> Estimates(const std::vector<FlightLog>& logs,
@@ -245,10 +358,6 @@ void TurnSpinsByFlight(const VehicleFile& file, const FlightLog& log, bool order
       audit);
 }
 
-bool StatesRotors(const FlightLog& log, const NeutralVehicle& v) {
-  return log.vehicle && log.vehicle->rotors.size() == v.rotors.size();
-}
-
 // Which column is which of the file's rotors, by log.yaml, else by the flight or by nothing.
 void WarnOfOrder(const FlightLog& log, const NeutralVehicle& file, Audit* audit) {
   const std::vector<int> order = LogOrder(file, log);
@@ -302,11 +411,7 @@ bool HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehic
       !CompareWithLog("arm", start->Get("arm"), arm, "the places of the rotors", audit)) {
     return true;
   }
-  const Reading* at = nullptr;
-  for (const char* name : {"arm", "lever", "lever_x", "x_M", "x"}) {
-    if (at == nullptr) at = file.Find(name);
-  }
-  Place(file, at, &audit->contradicted.back());
+  Place(file, ArmIn(file), &audit->contradicted.back());
   *start = With(*start, "arm", arm);
   return true;
 }
@@ -321,10 +426,16 @@ void CorrectFile(const VehicleFile& file, const NeutralVehicle& flight, Audit* a
     if (name.starts_with("r_BM")) {
       corrected.body[name] += *entry.flight_value - entry.file_value;
     } else if (name.starts_with("K_") && file.Find(name) == nullptr) {
-      const double drag =
-          name == "K_z" ? flight.Get(name) : 0.5 * (flight.Get("K_x") + flight.Get("K_y"));
-      name = name == "K_z" ? "rotor_inflow" : "rotor_speed_drag";
-      corrected.body[name] = -drag / flight.Get("S_h");
+      for (const auto& [other, by] : OtherDrag(name)) {
+        const Reading* reading = file.Find(other);
+        if (reading == nullptr) continue;
+        const double drag = other == "rotor_speed_drag"
+                                ? 0.5 * (flight.Get("K_x") + flight.Get("K_y"))
+                                : flight.Get(name);
+        corrected.body[other] = reading->Beside(flight) * drag / entry.file_value;
+        names.push_back(other);
+      }
+      continue;
     } else {
       corrected = With(corrected, name, *entry.flight_value);
     }
@@ -404,7 +515,7 @@ Audit AuditFiles(const std::vector<VehicleFile>& files) {
 }
 
 Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<FlightLog>& logs) {
-  const VehicleFile& file = files.front();
+  VehicleFile file = files.front();
   if (!file.vehicle.Flies()) {
     if (const auto bad = NotPositive(file)) {
       throw ErrorAt(
@@ -416,24 +527,29 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
         "states no whole vehicle (mass, inertia, and rotors with places and thrust); give "
         "its other files, too, after commas");
   }
+  // A hover by the file's mass may be another.
+  if (!logs.front().rotors.empty()) LineariseAt(MeanSpeed(logs.front()), &file);
   Audit audit;
   audit.simulator = file.Name();
   NeutralVehicle start = file.vehicle;
   const bool ordered = HoldWhatIsKnown(file, logs.front(), &start, &audit);
   for (const FlightLog& log : logs) WarnOfOrder(log, start, &audit);
-  const std::vector<FlightEstimate> flights = Estimates(logs, start, &audit);
+  std::vector<FlightEstimate> flights = Estimates(logs, start, &audit);
   std::map<std::string, FlightValue> values = Together(flights);
-  const NeutralVehicle& flight = flights.front().vehicle;
-  const auto stated = [&](const std::string& parameter, const Reading** at) {
-    return StatedBy(file, flight, parameter, at);
-  };
   const FlightJudge judge{&audit, flights, start.Get("arm"), logs.front()};
+  const Reading* at = nullptr;
+  const std::optional<double> ratio = StatedBy(file, start, "k_m/k_f", &at);
+  const bool by_arm = JudgeMassAndArm(judge, file, ratio.value_or(NAN), &flights, &values);
+  JudgeHeight(judge, file, flights.front().vehicle, values);
+  const NeutralVehicle flight = AtHover(file, flights.front().vehicle, &values);
+  const auto stated = [&](const std::string& parameter) {
+    return StatedBy(file, flight, parameter, &at);
+  };
 
   bool turns_wrong = false;
   for (const char* name : kByFlight) {
     const std::string parameter = name;
-    const Reading* at = nullptr;
-    const std::optional<double> value = stated(parameter, &at);
+    const std::optional<double> value = stated(parameter);
     if (!value) continue;
     const auto shown = values.find(parameter);
     // Along which axis the centre of mass is off is known by the order of the rotors only.
@@ -459,12 +575,14 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
       from_file = std::clamp(by_flight.value, low, high);
     }
     const bool wrong = judge.Compare(parameter, from_file, by_flight, &file, at);
-    turns_wrong = turns_wrong || (wrong && parameter.starts_with("I_"));
+    if (!wrong || !parameter.starts_with("I_")) continue;
+    turns_wrong = true;
+    if (!by_arm) continue;
+    audit.contradicted.back().confused_with = {"arm"};
+    audit.contradicted.back().text +=
+        "; or the arm by the inverse: state the places of the rotors in log.yaml";
   }
-  const bool by_arm = !StatesRotors(logs.front(), start) && ConfuseWithArm(&audit);
-  JudgeHeight(judge, file, flight, values);
-  const Reading* at = nullptr;
-  if (const auto ratio = stated("k_m/k_f", &at); ratio && values["k_m/k_f"].shown) {
+  if (ratio && values["k_m/k_f"].shown) {
     FlightValue value = values["k_m/k_f"];
     const double k_f = flight.Get("k_f");
     // Beside inertia that may be right with another arm no I_z looks right.
@@ -499,9 +617,30 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
       }
     }
   }
-  const Reading* place = nullptr;
-  const bool has_drag = stated("K_x", &place).value_or(0.0) != 0.0 || file.vehicle.States("c_x");
-  AddLacks(values, has_drag, file.vehicle.States("tau"), &audit);
+  AddLacks(values, stated("K_x").value_or(0.0) != 0.0, file.vehicle.States("tau"), &audit);
+
+  // A flight that shows a number roughly only, and not as the file has it, leaves it to the file.
+  const auto roughly = [&](const std::string& name) {
+    return std::ranges::find(audit.not_judged, name, &NotJudged::parameter) !=
+           audit.not_judged.end();
+  };
+  const auto judged = [&](const std::string& name) {
+    return std::ranges::any_of(audit.compared, [&](const Compared& c) {
+      const bool differs = std::abs(c.file_value - c.flight_value) > c.tolerance;
+      if (roughly(c.parameter) && differs) return false;
+      if (c.parameter.starts_with("k_m")) return name == "k_m" || name == "I_z";
+      if (c.parameter[0] != 'K') return c.parameter == name;
+      return name == "K" || c.parameter == name || OtherDrag(c.parameter).contains(name);
+    });
+  };
+  const std::vector<Contradicted> of_itself = CheckVehicle(file);
+  // What may as well be an error of another number is that where the file names it.
+  std::erase_if(audit.contradicted, [&](const Contradicted& entry) {
+    return std::ranges::any_of(of_itself, [&](const Contradicted& finding) {
+      return !judged(finding.parameter) &&
+             std::ranges::find(entry.confused_with, finding.parameter) != entry.confused_with.end();
+    });
+  });
 
   judge.AddCosts();
   NeutralVehicle corrected;
@@ -515,23 +654,11 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
   without.vehicle = corrected;
   const std::vector<Contradicted> left = CheckVehicle(without);
   std::vector<Contradicted> by_file;
-  for (const Contradicted& finding : CheckVehicle(file)) {
+  for (const Contradicted& finding : of_itself) {
     const auto among = [&](const std::vector<Contradicted>& all) {
       return std::ranges::find(all, finding.parameter, &Contradicted::parameter) != all.end();
     };
-    // A flight that shows a number roughly only leaves it to the file.
-    const auto roughly = [&](const std::string& name) {
-      return std::ranges::find(audit.not_judged, name, &NotJudged::parameter) !=
-             audit.not_judged.end();
-    };
-    const bool judged = std::ranges::any_of(audit.compared, [&](const Compared& c) {
-      if (roughly(c.parameter)) return false;
-      const bool drag = finding.parameter == "rotor_speed_drag" || finding.parameter == "K";
-      return c.parameter == finding.parameter || (drag && c.parameter == "K_x") ||
-             (finding.parameter == "k_m" && c.parameter == "k_m/k_f") ||
-             (finding.parameter == "I_z" && c.parameter.starts_with("k_m"));
-    });
-    if (judged || !among(left) || among(audit.contradicted)) continue;
+    if (judged(finding.parameter) || !among(left) || among(audit.contradicted)) continue;
     by_file.push_back(finding);
     // A rough size is better than none.
     const auto rough = std::ranges::find(audit.compared, finding.parameter, &Compared::parameter);
@@ -539,8 +666,27 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
     by_file.back().flight_value = rough->flight_value, by_file.back().sigma = rough->sigma;
   }
   audit.contradicted.insert(audit.contradicted.begin(), by_file.begin(), by_file.end());
+  for (const NeutralInfo& info : kNeutral) {
+    const Reading* reading = file.Find(info.name);
+    if (reading == nullptr || reading->number == 0.0 || judged(info.name)) continue;
+    if (!roughly(info.name)) audit.not_judged.push_back(NotShown(info.name, logs.front()));
+  }
+  for (const char* name : {"I_xy", "I_xz", "I_yz", "J_r", "damping", "quadratic_damping"}) {
+    const Reading* reading = file.Find(name);
+    if (reading == nullptr || reading->number == 0.0) continue;
+    audit.not_judged.push_back({name, "no flight judges it against a file"});
+  }
   JudgeOnce(&audit);
   return audit;
+}
+
+// Logs show k_m / I_z: of a quadrotor's usual I_z beside I_x and I_y.
+void TakeUsualYaw(double held, std::map<std::string, FlightValue>* values) {
+  const FlightValue &x = (*values)["I_x"], &y = (*values)["I_y"];
+  FlightValue& moment = (*values)["k_m/k_f"];
+  if (!x.shown || !y.shown) return;
+  Scale({"k_m/k_f"}, kUsualYawInertia * (x.value + y.value) / held, values);
+  moment.sigma = std::hypot(moment.sigma, kShapeSigma * moment.value);
 }
 
 // What the descriptions of two logs state of the rotors; `flown` gets the simulator's.
@@ -558,22 +704,31 @@ Audit AuditLogs(const FlightLog& simulated, const std::vector<FlightLog>& logs) 
   Audit audit;
   audit.simulator = simulated.directory;
   const bool states = logs.front().vehicle && !logs.front().vehicle->rotors.empty();
-  const NeutralVehicle start = VehicleOfLog(states ? logs.front() : simulated);
-  NeutralVehicle flown = start;
-  CompareStated(simulated, logs.front(), &flown, &audit);
+  NeutralVehicle start = VehicleOfLog(states ? logs.front() : simulated);
   const auto mass = [](const FlightLog& log) {
     return log.vehicle ? log.vehicle->mass : std::nullopt;
   };
-  if (mass(simulated) && mass(logs.front())) {
-    CompareWithLog("m", *mass(simulated), *mass(logs.front()), "the masses", &audit);
-  }
+  if (mass(logs.front())) start.body["m"] = *mass(logs.front());
+  NeutralVehicle flown = start;
+  CompareStated(simulated, logs.front(), &flown, &audit);
+  if (mass(simulated)) flown.body["m"] = *mass(simulated);
+  const bool weighed = mass(simulated) && mass(logs.front());
+  if (weighed) CompareWithLog("m", flown.Get("m"), start.Get("m"), "the masses", &audit);
   std::vector<FlightEstimate> flights = Estimates(logs, start, &audit);
-  // Both are fitted from one start, with one mass and one I_z: what differs is the simulator's.
+  // Both are fitted from one start: what differs is the simulator's.
   std::vector<FlightEstimate> in_simulator = Estimates({simulated}, flown, &audit);
   audit.logs.pop_back();
-  const std::map<std::string, FlightValue> values = Together(flights),
-                                           simulator = Together(in_simulator);
+  std::map<std::string, FlightValue> values = Together(flights), simulator = Together(in_simulator);
   const FlightJudge judge{&audit, flights, start.Get("arm"), logs.front()};
+  const double factor = OneFactor(
+      judge, {"k_f", "I_x", "I_y"}, [&](const std::string& name) { return simulator[name].value; },
+      values);
+  if (!weighed && factor != 1.0) {
+    Scale({"k_f", "I_x", "I_y"}, 1.0 / factor, &simulator), Scale({"k_m/k_f"}, factor, &simulator);
+    const double sigma = start.Get("m") * values["I_x"].sigma / values["I_x"].value;
+    judge.Compare("m", flown.Get("m") / factor, {start.Get("m"), sigma, true}, nullptr, nullptr);
+  }
+  TakeUsualYaw(start.Get("I_z"), &values), TakeUsualYaw(start.Get("I_z"), &simulator);
   bool turned = false;  // drag along other axes than the body's changes that along them, too
   for (const auto& [name, b] : values) {
     if (turned && name.starts_with("K_")) continue;
@@ -592,7 +747,12 @@ Audit AuditLogs(const FlightLog& simulated, const std::vector<FlightLog>& logs) 
     // Yaw that lags the speeds is an offset of the log's clocks.
     const bool late = name == "J_r_yaw" && a->second.value < 0.0;
     if (b.size > 0.0 && (none || late) && !drag) continue;
-    if (!judge.Compare(name, a->second.value, both, nullptr, nullptr) || b.size == 0.0) continue;
+    if (!judge.Compare(name, a->second.value, both, nullptr, nullptr)) continue;
+    if (name == "k_m/k_f") {
+      audit.contradicted.back().confused_with = {"I_z"};
+      audit.contradicted.back().text += "; or I_z by the inverse: a flight shows their ratio";
+    }
+    if (b.size == 0.0) continue;
     turned = turned || name == "K_twice";
     Contradicted& entry = audit.contradicted.back();
     entry.cost = CostOfTerm(b, a->second.value);

@@ -128,6 +128,9 @@ Contradicted FindingAt(const VehicleFile& file, const std::string& parameter, do
   return finding;
 }
 
+constexpr Range kCurve = {"k_f_1", "power of the rotors' speed by which thrust grows in hover", 1.4,
+                          2.8, "propellers have 2, fits to measured ones 1.8 to 2.5"};
+
 class Checker {
  public:
   explicit Checker(const VehicleFile& file) : file_(file), v_(file.vehicle) {}
@@ -232,6 +235,10 @@ class Checker {
   }
 
   void Motors() {
+    if (const Reading* square = file_.Find("k_f"); square != nullptr && file_.Find("k_f_1")) {
+      const double slope = 2.0 * square->value + file_.Find("k_f_1")->value / v_.Get("w_h");
+      Within(kCurve, "k_f_1", slope / v_.Get("k_f"));
+    }
     if (v_.Get("k_m") > 0.0 && v_.Get("k_f") > 0.0) {
       Within(kMomentForThrust, "k_m", v_.Get("k_m") / v_.Get("k_f"));
     }

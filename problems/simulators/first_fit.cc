@@ -162,6 +162,7 @@ constexpr double kMostScatter = 0.2, kMostSeconds = 0.003;  // of a lag that is 
 constexpr double kExplained = 0.5;     // of the speeds' squares, that commands explain at least
 constexpr double kResolution = 0.005;  // of the search: a share
 constexpr double kLongestLag = 0.5;    // s
+constexpr double kBend = 0.5;          // of a response beyond the speeds that were flown
 
 struct LagFit {
   double lag, cost, full_speed, squares;
@@ -262,7 +263,13 @@ std::optional<MotorResponse> FindMotorResponse(const FlightLog& log) {
                          (std::sqrt(12.0) * static_cast<double>(log.motors.size()));
   const double lag_sigma = std::hypot(std::max(tails * scatter, kResolution * lag), between);
   const auto [speed, speed_sigma] = mean_and_sigma(speeds);
-  return MotorResponse{lag, lag_sigma, speed, tails * speed_sigma};
+  // The response may bend where the flight has not been.
+  double fastest = 0.0;
+  for (const ChannelsSample& sample : log.rotors) {
+    fastest = std::max(fastest, *std::ranges::max_element(sample.values));
+  }
+  const double beyond = kBend * std::max(0.0, speed - fastest);
+  return MotorResponse{lag, lag_sigma, speed, std::hypot(tails * speed_sigma, beyond)};
 }
 
 }  // namespace trueline

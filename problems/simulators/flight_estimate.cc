@@ -308,6 +308,12 @@ FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& gi
   const RotorData whole = MakeRotorData(log, static_cast<int>(start.rotors.size()), data);
   if (!log.rotors.empty())
     estimate.vehicle.body["S_h"] = whole.measured.speeds.rowwise().sum().mean();
+  double squares = 0.0, cubes = 0.0;
+  for (const RotorNode& node : RoughNodes(whole, estimate.constants)) {
+    const double speed = node.motion.segment<3>(RotorDrivenModel::kVelocity).norm();
+    squares += std::pow(speed, 2), cubes += std::pow(speed, 3);
+  }
+  estimate.vehicle.body["v_m"] = cubes / squares;
   data.start += (1.0 - kHoldOut) * (whole.poses.back().t - whole.poses.front().t);
   estimate.held_out = MakeRotorData(log, static_cast<int>(start.rotors.size()), data);
   return estimate;
@@ -329,7 +335,8 @@ ErrorByHorizon FlightEstimate::ErrorsWith(const NeutralVehicle& other) const {
       if (!Judges(name)) continue;
       double value = v.Get(name);
       if (name[0] == 'K') {
-        value -= v.Get(name[2] == 'z' ? "rotor_inflow" : "rotor_speed_drag") * sum;
+        value -= v.Get(name[2] == 'z' ? "rotor_inflow" : "rotor_speed_drag") * sum +
+                 v.Get(std::string("c_") + name[2]) * vehicle.Get("v_m");
       }
       x[FindRotorConstant(name)] = value;
     }

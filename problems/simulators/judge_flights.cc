@@ -31,6 +31,11 @@ constexpr Scatter kScatter[] = {
 };
 constexpr double kCentreScatter = 0.06;  // of the arm, of the centre of mass
 
+// Sigma of the vehicle's number, of which the flight shows one day's.
+double OnAnotherDay(const FlightValue& value, double tolerance) {
+  return std::hypot(value.sigma, tolerance / kThreshold);
+}
+
 // m, that a lag costs: replays with speeds that are measured do not see it.
 ErrorByHorizon CostOfLag(const NeutralVehicle& vehicle, double file, double flight) {
   NeutralVehicle with = vehicle, without = vehicle;
@@ -89,6 +94,12 @@ ErrorByHorizon MeanErrors(const std::vector<FlightEstimate>& flights,
   return mean;
 }
 
+bool FlightJudge::Differs(const std::string& parameter, double stated,
+                          const FlightValue& value) const {
+  return std::abs(stated - value.value) >
+         kThreshold * OnAnotherDay(value, Tolerance(parameter, value.value, arm));
+}
+
 bool FlightJudge::Compare(const std::string& parameter, double stated, const FlightValue& value,
                           const VehicleFile* file, const Reading* at) const {
   if (!std::isfinite(stated) || !std::isfinite(value.value) || !std::isfinite(value.sigma)) {
@@ -97,7 +108,7 @@ bool FlightJudge::Compare(const std::string& parameter, double stated, const Fli
   }
   const double tolerance = Tolerance(parameter, value.value, arm);
   const double difference = std::abs(stated - value.value);
-  const bool wrong = difference > kThreshold * value.sigma && difference > tolerance;
+  const bool wrong = Differs(parameter, stated, value);
   audit->compared.push_back(
       {parameter, UnitOf(parameter), stated, value.value, value.sigma, tolerance, wrong});
   // Silence means something only where an error of twice the scatter would be seen.
@@ -108,7 +119,8 @@ bool FlightJudge::Compare(const std::string& parameter, double stated, const Fli
   constexpr double kNone = 2.0;  // sigmas: a value that may as well be zero
   Contradicted entry;
   entry.parameter = parameter, entry.unit = UnitOf(parameter);
-  entry.file_value = stated, entry.flight_value = value.value, entry.sigma = value.sigma;
+  entry.file_value = stated, entry.flight_value = value.value;
+  entry.sigma = OnAnotherDay(value, tolerance);
   entry.text = std::abs(value.value) < kNone * value.sigma ? "the flight shows none of it"
                                                            : RatioInWords(stated, value.value);
   if (file != nullptr) Place(*file, at, &entry);
@@ -120,7 +132,7 @@ std::optional<ErrorByHorizon> FlightJudge::CostOf(const std::string& parameter, 
                                                   double shown) const {
   if (parameter == "tau") return CostOfLag(flights.front().vehicle, stated, shown);
   // Of the height the replay has the moment anyway.
-  for (const char* unseen : {"full_speed", "spin", "arm", "r_BM_z"}) {
+  for (const char* unseen : {"full_speed", "spin", "r_BM_z"}) {
     if (parameter == unseen) return std::nullopt;
   }
   std::vector<NeutralVehicle> changed;

@@ -78,8 +78,8 @@ using Numbers = std::map<std::string, double>;
 // centre of mass, m), lever, lever_x, lever_y (the same along both, or one, of the axes), radius
 // and angle of a rotor, spin_k_m (spin times k_m), K and c (of all axes), body_mass (without rotors
 // of raw_rotor_mass each), box_x, box_y, box_z (SideOfBox), small_... (1, which a unit scales), n
-// (rotors), w_h and S_h (speed of a rotor and of all in hover, rad/s; of a flight, S_h is its
-// mean).
+// (rotors), w_h and S_h (speed of a rotor and of all in hover, rad/s). Of a flight S_h is its mean,
+// and v_m (m/s) the air speed at which quadratic drag acts as linear drag does.
 class NeutralVehicle {
  public:
   std::string name;

@@ -177,37 +177,45 @@ void AddFixedOrder(VehicleFile* file) {
   }
 }
 
-// Thrust and moment that are polynomials in the rotor's speed act as one coefficient of its square
-// in hover, a rate of the speed that depends on it as one lag.
-void LineariseAtHover(VehicleFile* file) {
+}  // namespace
+
+void LineariseAt(double speed, VehicleFile* file) {
   NeutralVehicle& v = file->vehicle;
   const auto stated = [&](const char* name) {
     const Reading* reading = file->Find(name);
     return reading != nullptr ? reading->value : 0.0;
   };
-  if (stated("k_f_1") != 0.0 || stated("k_f_0") != 0.0) {
-    const double a = stated("k_f"), b = stated("k_f_1");
-    const double c = stated("k_f_0") - v.Get("m") * v.gravity / v.Get("n");
-    const double hover = (-b + std::sqrt(b * b - 4.0 * a * c)) / (2.0 * a);
-    if (hover > 0.0) {
-      const auto at_hover = [&](double square, double linear, double constant) {
-        return square + linear / hover + constant / (hover * hover);
+  const double a = stated("k_f"), b = stated("k_f_1"), c = stated("k_f_0");
+  if (b != 0.0 || c != 0.0) {
+    const auto speed_of = [&](double thrust) {
+      return (-b + std::sqrt(b * b - 4.0 * a * (c - thrust))) / (2.0 * a);
+    };
+    if (speed == 0.0) speed = speed_of(v.Get("m") * v.gravity / v.Get("n"));
+    for (const Reading& reading : file->readings) {
+      const FileField& field = *reading.field;
+      if (field.unit.power == 2.0) v.body[field.name] = speed_of(a * reading.value * reading.value);
+    }
+    if (speed > 0.0) {
+      const auto at_speed = [&](double square, double linear, double constant) {
+        return square + linear / speed + constant / (speed * speed);
       };
       v.Set("k_m", -1,
             file->Find("k_m_1") != nullptr
-                ? at_hover(stated("k_m"), stated("k_m_1"), stated("k_m_0"))
-                : v.Get("k_m") / a * at_hover(a, b, stated("k_f_0")));
-      v.Set("k_f", -1, at_hover(a, b, stated("k_f_0")));
+                ? at_speed(stated("k_m"), stated("k_m_1"), stated("k_m_0"))
+                : stated("k_m") / a * at_speed(a, b, c));
+      v.Set("k_f", -1, at_speed(a, b, c));
     }
   }
   if (file->Find("rise") != nullptr) {
-    const double hover = v.Get("w_h");
-    v.body["tau"] = 1.0 / (stated("rise") + 2.0 * hover * stated("rise_2"));
-    v.body["tau_down"] = 1.0 / (stated("fall") + 2.0 * hover * stated("fall_2"));
+    if (!(speed > 0.0)) speed = v.Get("w_h");
+    v.body["tau"] = 1.0 / (stated("rise") + 2.0 * speed * stated("rise_2"));
+    v.body["tau_down"] = 1.0 / (stated("fall") + 2.0 * speed * stated("fall_2"));
     for (const char* name : {"rise", "rise_2", "fall", "fall_2"}) v.body.erase(name);
   }
   for (const char* name : {"k_f_1", "k_f_0", "k_m_1", "k_m_0"}) v.body.erase(name);
 }
+
+namespace {
 
 // Rotors that stand beside the body's mass in a RotorS file add to its inertia, too.
 void AddRotorMasses(VehicleFile* file) {
@@ -248,7 +256,7 @@ VehicleFile ReadOne(const Target& target, std::vector<std::shared_ptr<const Para
   file.vehicle.name = table;
   Reader(&file, table.empty() ? "" : table + "/").Read();
   AddFixedOrder(&file);
-  LineariseAtHover(&file);
+  LineariseAt(0.0, &file);
   AddRotorMasses(&file);
   TakeInertiaOfBox(&file);
   return file;
@@ -320,6 +328,11 @@ double FileNumber(const Reading& reading, const VehicleFile& file, const Neutral
 bool States(const std::string& field, const std::string& parameter) {
   if (field == parameter) return true;
   if (field == "body_mass") return parameter == "m";
+  if (parameter == "arm") {
+    constexpr std::string_view kPlaces[] = {"x",     "y",       "x_M",     "y_M",
+                                            "lever", "lever_x", "lever_y", "radius"};
+    return std::ranges::find(kPlaces, field) != std::end(kPlaces);
+  }
   // Places that count from the centre of mass move with it.
   if (field.ends_with("_M")) return parameter == std::string("r_BM_") + field[0];
   if (field == "spin_k_m") return parameter == "k_m";

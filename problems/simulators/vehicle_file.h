@@ -48,6 +48,10 @@ void AddLinks(VehicleFile* file);
 // The simulator's order of rotors as its code has it for this vehicle (Target::mirrored).
 std::vector<FixedRotor> OrderOf(const VehicleFile& file);
 
+// Thrust and moment that are polynomials in the rotor's speed act as one coefficient of its square
+// at a `speed` (rad/s; 0: of hover), a rate of the speed that depends on it as one lag.
+void LineariseAt(double speed, VehicleFile* file);
+
 // The vehicles in `paths`. Files that complete each other (the links and the plugins of a model,
 // PyFlyt's YAML and URDF) give one. Throws InputError for files of no target and, with line and
 // remedy, for numbers that are none.

@@ -263,8 +263,8 @@ TEST_F(AuditTest, SlowSaysWhatADifferenceWithinTheScatterCosts) {
   EXPECT_THAT(AuditTable(audit), HasSubstr("differs:      r_BM_x"));
 }
 
-// A flight shows the arm over the inertia; which of them is wrong is not known without a ruler.
-TEST_F(AuditTest, SlowConfusesTheArmWithInertia) {
+// A flight shows the arm over the inertia. Where yaw is right, one number explains both moments.
+TEST_F(AuditTest, SlowNamesTheArmThatExplainsBothMoments) {
   NeutralVehicle other = Truth();
   for (Numbers& rotor : other.rotors) rotor["x"] *= std::sqrt(2.0), rotor["y"] *= std::sqrt(2.0);
   Right("rotorpy");
@@ -272,12 +272,75 @@ TEST_F(AuditTest, SlowConfusesTheArmWithInertia) {
   FlightLog log = Flight();
   log.vehicle->rotors.clear();
   const Audit audit = Of(wrong, log);
-  ASSERT_EQ(audit.contradicted.size(), 2U) << AuditTable(audit);
-  for (const Contradicted& entry : audit.contradicted) {
-    EXPECT_THAT(entry.parameter, HasSubstr("I_"));
-    EXPECT_THAT(entry.confused_with, Contains("arm"));
-  }
+  ExpectNamed(audit, "arm", Truth().Get("arm"));
+  EXPECT_THAT(audit.contradicted[0].confused_with, Contains("I_x"));
+  EXPECT_LT((*audit.after)[1], 0.2 * (*audit.before)[1]);
   EXPECT_EQ(Of(wrong).contradicted.front().parameter, "arm");
+  // Where yaw is wrong, too, it is not known without a ruler.
+  other = Truth();
+  for (const char* name : {"I_x", "I_y", "I_z"}) other.body[name] *= 2.0;
+  for (const Contradicted& entry :
+       Of(ExportVehicle(other, FindTarget("rotorpy")).files[0].text, log).contradicted) {
+    EXPECT_THAT(entry.parameter, HasSubstr("I_"));
+    if (entry.parameter != "I_z") EXPECT_THAT(entry.confused_with, Contains("arm"));
+  }
+}
+
+// A flight shows thrust and inertia by mass. Where nobody has weighed the vehicle, one number
+// explains them.
+TEST_F(AuditTest, SlowNamesAMassThatNobodyHasWeighed) {
+  const std::string right = Right("rotorpy");
+  FlightLog log = Flight();
+  log.vehicle->mass.reset();
+  const Audit audit = Of(Replaced(right, "mass: 0.2463", "mass: 0.2956"), log);
+  ExpectNamed(audit, "m", 0.2463);
+  EXPECT_THAT(audit.contradicted[0].confused_with, Contains("k_f"));
+  EXPECT_TRUE(Of(right, log).contradicted.empty());
+}
+
+// Commands that never come near full do not show the speed there; a clip of a simulator is no
+// slope of the log's commands.
+TEST_F(AuditTest, SlowLeavesAFullSpeedThatIsNotFlownUndecided) {
+  const std::string right = Right("crazyflow");
+  FlightLog log = Flight();
+  for (ChannelsSample& sample : log.motors) {
+    for (double& u : sample.values) u *= 0.7;
+  }
+  const Audit audit = Of(right, log);
+  EXPECT_TRUE(audit.contradicted.empty()) << AuditTable(audit);
+  EXPECT_THAT(AuditTable(audit), HasSubstr("undecided:    full_speed"));
+}
+
+// Thrust by a polynomial is read at the speeds that were flown, whatever hover the file's mass
+// makes. By the first power of the speed alone it is no propeller's.
+TEST_F(AuditTest, SlowReadsAPolynomialAtTheSpeedsOfTheFlight) {
+  const double k = Truth().Get("k_f") / 91.189, w = Truth().Get("w_h") * 9.5493;
+  const std::regex curve("(rpm2thrust = \\[0\\.0, )[^\\]]*");
+  const std::string right = Right("crazyflow"),
+                    bent = fmt::format("$1{}, {}", -0.5 * k * w, 1.5 * k);
+  const Audit audit = Of(std::regex_replace(std::regex_replace(right, curve, bent),
+                                            std::regex("mass = [0-9.]*"), "mass = 2.463"));
+  ExpectNamed(audit, "m", 0.2463);
+  const Audit linear = Of(std::regex_replace(right, curve, fmt::format("$1{}, 1e-15", k * w)));
+  ASSERT_FALSE(linear.contradicted.empty());
+  EXPECT_EQ(linear.contradicted[0].parameter, "k_f_1") << AuditTable(linear);
+}
+
+// Quadratic drag is compared, and corrected, as it acts at the flight's speed.
+TEST_F(AuditTest, SlowNamesQuadraticDrag) {
+  NeutralVehicle other = Truth();
+  for (const char axis : {'x', 'y', 'z'}) {
+    other.body.erase(std::string("K_") + axis), other.body[std::string("c_") + axis] = 1.5;
+  }
+  Right("rotorpy");
+  const std::string wrong = ExportVehicle(other, FindTarget("rotorpy")).files[0].text;
+  const Audit audit = Of(wrong);
+  ASSERT_FALSE(audit.contradicted.empty());
+  for (const Contradicted& entry : audit.contradicted) {
+    EXPECT_THAT(entry.parameter, HasSubstr("K_")) << AuditTable(audit);
+    EXPECT_NEAR(*entry.flight_value, kDrag, 2.0 * entry.sigma);
+  }
+  EXPECT_TRUE(Of(audit.corrected[0].second).contradicted.empty());
 }
 
 // Places that count from the centre of mass move with it.
@@ -349,6 +412,16 @@ TEST_F(AuditTest, SlowNamesTheSameByLogsAlone) {
   for (const Contradicted& entry : audit.contradicted) names.insert(entry.parameter);
   EXPECT_EQ(names, (std::set<std::string>{"tau", "I_x"})) << AuditTable(audit);
   EXPECT_TRUE(AuditLogs(Fly(6), {Flight()}).contradicted.empty());
+}
+
+// A heavier vehicle in the simulator: nothing follows from its mass, stated or not.
+TEST_F(AuditTest, SlowNamesMassByLogsAlone) {
+  NeutralVehicle other = Truth();
+  other.body["m"] *= 1.2;
+  FlightLog simulated = Fly(5, kLag, other);
+  ExpectNamed(AuditLogs(simulated, {Flight()}), "m", 0.2463);
+  simulated.vehicle->mass.reset();
+  ExpectNamed(AuditLogs(simulated, {Flight()}), "m", 0.2463);
 }
 
 // A number stands in one list, with what would decide it where it is undecided, and none is nan.
