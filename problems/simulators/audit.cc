@@ -180,22 +180,28 @@ const Reading* ArmIn(const VehicleFile& file) {
   return at;
 }
 
-// The factor by which all of `names` differ alike, stated over shown, so that one other number
-// explains them. 1: they do not.
-double OneFactor(const FlightJudge& judge, std::initializer_list<const char*> names,
+// The factor by which all of `names` differ alike, stated over shown, so that one other number may
+// explain them, if it explains `others`, too. 1: they do not.
+double OneFactor(const FlightJudge& judge, const std::vector<std::string>& names,
+                 const std::vector<std::string>& others,
                  const std::function<double(const std::string&)>& stated,
-                 const std::map<std::string, FlightValue>& values) {
-  double sum = 0.0, least = INFINITY, most = 0.0;
-  for (const std::string name : names) {
-    const auto value = values.find(name);
-    if (value == values.end() || !value->second.shown ||
-        !judge.Differs(name, stated(name), value->second)) {
-      return 1.0;
-    }
-    const double factor = stated(name) / value->second.value;
-    sum += factor, least = std::min(least, factor), most = std::max(most, factor);
+                 std::map<std::string, FlightValue>& values) {
+  double factor = 0.0, least = INFINITY, most = 0.0, gain = 0.0;
+  for (const std::string& name : names) {
+    const FlightValue& value = values[name];
+    if (!value.shown || !judge.Differs(name, stated(name), value)) return 1.0;
+    const double each = stated(name) / value.value;
+    factor += each / static_cast<double>(names.size());
+    least = std::min(least, each), most = std::max(most, each);
   }
-  return most < (1.0 + kAlike) * least ? sum / static_cast<double>(names.size()) : 1.0;
+  for (const std::string& name : others) {
+    const FlightValue& value = values[name];
+    if (!value.shown) return 1.0;
+    const double off = stated(name) - value.value, left = stated(name) / factor - value.value;
+    gain += (off * off - left * left) / std::pow(judge.Sigma(name, value), 2);
+  }
+  const bool explains = others.empty() || gain > kThreshold * kThreshold;
+  return most < (1.0 + kAlike) * least && explains ? factor : 1.0;
 }
 
 // `names` of `values`, times `factor`.
@@ -209,8 +215,8 @@ void Scale(std::initializer_list<const char*> names, double factor,
 
 // A flight shows k_f / m, and k_f times the arm over I_x and over I_y. Where k_f, I_x and I_y are
 // off by one factor and nobody has weighed the vehicle, one number explains it: the mass. Where I_x
-// and I_y are, and yaw, where no arm acts, is not: the arm. The flights then get it. True where the
-// arm may be wrong, and is not named.
+// and I_y are, and yaw, where no arm acts, is not: the arm. The flights then get it. True where it
+// is not told whether the arm is wrong or I_x and I_y.
 bool JudgeMassAndArm(const FlightJudge& judge, const VehicleFile& file, double stated_ratio,
                      std::vector<FlightEstimate>* flights,
                      std::map<std::string, FlightValue>* values) {
@@ -225,7 +231,7 @@ bool JudgeMassAndArm(const FlightJudge& judge, const VehicleFile& file, double s
     return true;
   };
   const bool known = (judge.log.vehicle && judge.log.vehicle->mass) || file.target->by_thrust;
-  const double mass = OneFactor(judge, {"k_f", "I_x", "I_y"}, stated, *values);
+  const double mass = OneFactor(judge, {"k_f"}, {"I_x", "I_y"}, stated, *values);
   if (!known && mass != 1.0 && name_it("m", mass, file.Find("m"), "k_f, I_x and I_y")) {
     Contradicted& entry = judge.audit->contradicted.back();
     entry.confused_with = {"k_f", "I_x", "I_y"}, entry.text += "the weighed mass in log.yaml";
@@ -239,8 +245,9 @@ bool JudgeMassAndArm(const FlightJudge& judge, const VehicleFile& file, double s
     }
   }
   const FlightValue& yaw = (*values)["k_m/k_f"];
-  const double arm = OneFactor(judge, {"I_x", "I_y"}, stated, *values);
-  if (StatesRotors(judge.log, v) || arm == 1.0) return false;
+  const double arm = OneFactor(judge, {"I_x", "I_y"}, {}, stated, *values);
+  const bool by_inertia = yaw.shown && !judge.Differs("k_m/k_f", arm * stated_ratio, yaw);
+  if (StatesRotors(judge.log, v) || arm == 1.0 || by_inertia) return false;
   if (!yaw.shown || !PlausibleYaw(v, v.Get("I_z")) || judge.Differs("k_m/k_f", stated_ratio, yaw) ||
       !name_it("arm", arm, ArmIn(file), "I_x and I_y")) {
     return true;
@@ -721,8 +728,8 @@ Audit AuditLogs(const FlightLog& simulated, const std::vector<FlightLog>& logs) 
   std::map<std::string, FlightValue> values = Together(flights), simulator = Together(in_simulator);
   const FlightJudge judge{&audit, flights, start.Get("arm"), logs.front()};
   const double factor = OneFactor(
-      judge, {"k_f", "I_x", "I_y"}, [&](const std::string& name) { return simulator[name].value; },
-      values);
+      judge, {"k_f"}, {"I_x", "I_y"},
+      [&](const std::string& name) { return simulator[name].value; }, values);
   if (!weighed && factor != 1.0) {
     Scale({"k_f", "I_x", "I_y"}, 1.0 / factor, &simulator), Scale({"k_m/k_f"}, factor, &simulator);
     const double sigma = start.Get("m") * values["I_x"].sigma / values["I_x"].value;

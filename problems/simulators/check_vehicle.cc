@@ -181,7 +181,9 @@ class Checker {
   void Sizes() {
     const double arm = ArmOf(v_), mass = v_.Get("m");
     if (!(arm > 0.0)) return;
-    if (mass > 0.0) Within(kMassForArm, "m", mass / std::pow(arm, 3));
+    if (mass > 0.0 && !Within(kMassForArm, "m", mass / std::pow(arm, 3), "; or the arm is")) {
+      findings_.back().confused_with = {"arm"};
+    }
     for (int axis = 0; axis < 3; ++axis) {
       const std::string name = std::string("I_") + "xyz"[axis];
       const double lever = RotorsFromAxis(v_, axis);

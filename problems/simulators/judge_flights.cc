@@ -31,11 +31,6 @@ constexpr Scatter kScatter[] = {
 };
 constexpr double kCentreScatter = 0.06;  // of the arm, of the centre of mass
 
-// Sigma of the vehicle's number, of which the flight shows one day's.
-double OnAnotherDay(const FlightValue& value, double tolerance) {
-  return std::hypot(value.sigma, tolerance / kThreshold);
-}
-
 // m, that a lag costs: replays with speeds that are measured do not see it.
 ErrorByHorizon CostOfLag(const NeutralVehicle& vehicle, double file, double flight) {
   NeutralVehicle with = vehicle, without = vehicle;
@@ -94,10 +89,13 @@ ErrorByHorizon MeanErrors(const std::vector<FlightEstimate>& flights,
   return mean;
 }
 
+double FlightJudge::Sigma(const std::string& parameter, const FlightValue& value) const {
+  return std::hypot(value.sigma, Tolerance(parameter, value.value, arm) / kThreshold);
+}
+
 bool FlightJudge::Differs(const std::string& parameter, double stated,
                           const FlightValue& value) const {
-  return std::abs(stated - value.value) >
-         kThreshold * OnAnotherDay(value, Tolerance(parameter, value.value, arm));
+  return std::abs(stated - value.value) > kThreshold * Sigma(parameter, value);
 }
 
 bool FlightJudge::Compare(const std::string& parameter, double stated, const FlightValue& value,
@@ -120,7 +118,7 @@ bool FlightJudge::Compare(const std::string& parameter, double stated, const Fli
   Contradicted entry;
   entry.parameter = parameter, entry.unit = UnitOf(parameter);
   entry.file_value = stated, entry.flight_value = value.value;
-  entry.sigma = OnAnotherDay(value, tolerance);
+  entry.sigma = Sigma(parameter, value);
   entry.text = std::abs(value.value) < kNone * value.sigma ? "the flight shows none of it"
                                                            : RatioInWords(stated, value.value);
   if (file != nullptr) Place(*file, at, &entry);

@@ -29,7 +29,8 @@ struct FlightJudge {
   double arm;
   const FlightLog& log;  // advice leaves out what it has
 
-  // True where it is more than chance and than what one vehicle is on two days.
+  // Of the vehicle's number, of which a flight shows one day's.
+  double Sigma(const std::string& parameter, const FlightValue& value) const;
   bool Differs(const std::string& parameter, double stated, const FlightValue& value) const;
   // True if contradicted. `file`, `at`: where it is stated; null: nowhere.
   bool Compare(const std::string& parameter, double stated, const FlightValue& value,

@@ -274,16 +274,15 @@ TEST_F(AuditTest, SlowNamesTheArmThatExplainsBothMoments) {
   const Audit audit = Of(wrong, log);
   ExpectNamed(audit, "arm", Truth().Get("arm"));
   EXPECT_THAT(audit.contradicted[0].confused_with, Contains("I_x"));
-  EXPECT_LT((*audit.after)[1], 0.2 * (*audit.before)[1]);
+  EXPECT_LT((*audit.after)[1], (*audit.before)[1]);
   EXPECT_EQ(Of(wrong).contradicted.front().parameter, "arm");
-  // Where yaw is wrong, too, it is not known without a ruler.
+  // An arm makes no yaw wrong.
   other = Truth();
   for (const char* name : {"I_x", "I_y", "I_z"}) other.body[name] *= 2.0;
-  for (const Contradicted& entry :
-       Of(ExportVehicle(other, FindTarget("rotorpy")).files[0].text, log).contradicted) {
-    EXPECT_THAT(entry.parameter, HasSubstr("I_"));
-    if (entry.parameter != "I_z") EXPECT_THAT(entry.confused_with, Contains("arm"));
-  }
+  std::set<std::string> names;
+  const std::string heavy = ExportVehicle(other, FindTarget("rotorpy")).files[0].text;
+  for (const Contradicted& entry : Of(heavy, log).contradicted) names.insert(entry.parameter);
+  EXPECT_EQ(names, (std::set<std::string>{"I_x", "I_y", "I_z"}));
 }
 
 // A flight shows thrust and inertia by mass. Where nobody has weighed the vehicle, one number
@@ -317,11 +316,11 @@ TEST_F(AuditTest, SlowReadsAPolynomialAtTheSpeedsOfTheFlight) {
   const double k = Truth().Get("k_f") / 91.189, w = Truth().Get("w_h") * 9.5493;
   const std::regex curve("(rpm2thrust = \\[0\\.0, )[^\\]]*");
   const std::string right = Right("crazyflow"),
-                    bent = fmt::format("$1{}, {}", -0.5 * k * w, 1.5 * k);
+                    bent = fmt::format("$1 {}, {}", -0.5 * k * w, 1.5 * k);
   const Audit audit = Of(std::regex_replace(std::regex_replace(right, curve, bent),
                                             std::regex("mass = [0-9.]*"), "mass = 2.463"));
   ExpectNamed(audit, "m", 0.2463);
-  const Audit linear = Of(std::regex_replace(right, curve, fmt::format("$1{}, 1e-15", k * w)));
+  const Audit linear = Of(std::regex_replace(right, curve, fmt::format("$1 {}, 1e-15", k * w)));
   ASSERT_FALSE(linear.contradicted.empty());
   EXPECT_EQ(linear.contradicted[0].parameter, "k_f_1") << AuditTable(linear);
 }
