@@ -626,15 +626,14 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
   }
   AddLacks(values, stated("K_x").value_or(0.0) != 0.0, file.vehicle.States("tau"), &audit);
 
-  // A flight that shows a number roughly only, and not as the file has it, leaves it to the file.
+  // A flight that shows a number roughly only leaves it to the file.
   const auto roughly = [&](const std::string& name) {
     return std::ranges::find(audit.not_judged, name, &NotJudged::parameter) !=
            audit.not_judged.end();
   };
   const auto judged = [&](const std::string& name) {
     return std::ranges::any_of(audit.compared, [&](const Compared& c) {
-      const bool differs = std::abs(c.file_value - c.flight_value) > c.tolerance;
-      if (roughly(c.parameter) && differs) return false;
+      if (roughly(c.parameter)) return false;
       if (c.parameter.starts_with("k_m")) return name == "k_m" || name == "I_z";
       if (c.parameter[0] != 'K') return c.parameter == name;
       return name == "K" || c.parameter == name || OtherDrag(c.parameter).contains(name);
@@ -666,10 +665,17 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
       return std::ranges::find(all, finding.parameter, &Contradicted::parameter) != all.end();
     };
     if (judged(finding.parameter) || !among(left) || among(audit.contradicted)) continue;
-    by_file.push_back(finding);
-    // A rough size is better than none.
     const auto rough = std::ranges::find(audit.compared, finding.parameter, &Compared::parameter);
-    if (rough == audit.compared.end()) continue;
+    if (rough == audit.compared.end()) {
+      by_file.push_back(finding);
+      continue;
+    }
+    // A range that the flight's own number leaves, too, shows no error. A rough size is better than
+    // none.
+    VehicleFile flown = file;
+    flown.vehicle = With(file.vehicle, finding.parameter, rough->flight_value);
+    if (among(CheckVehicle(flown))) continue;
+    by_file.push_back(finding);
     by_file.back().flight_value = rough->flight_value, by_file.back().sigma = rough->sigma;
   }
   audit.contradicted.insert(audit.contradicted.begin(), by_file.begin(), by_file.end());
