@@ -136,6 +136,20 @@ double IndependentEvidence(const Cause& cause, const VectorXd& value, const Vect
                   more, kTails);
 }
 
+double WitnessAlone(const Cause& cause) {
+  const Candidate& candidate = cause.candidate;
+  const Witness& witness = cause.witness;
+  const bool says = witness.value.size() > 0 && witness.value.size() == cause.value.size();
+  if (!says || !witness.independent || !Plausible(candidate, witness.value)) {
+    return -std::numeric_limits<double>::infinity();
+  }
+  ScoreTest alone;
+  alone.value = witness.value - candidate.Neutral();
+  alone.cov_model = (witness.sigma.cwiseAbs2() + candidate.Ordinary().cwiseAbs2()).asDiagonal();
+  alone.cov_cluster = alone.cov_model;
+  return FlightEvidenceOf(alone, PriorSizes(*candidate.info));
+}
+
 Cause CauseOf(const Tested& tested) {
   const EffectInfo& info = *tested.candidate.info;
   Cause cause{tested.candidate, tested.value, tested.columns.Sizes(info, tested.test.sigma),

@@ -227,21 +227,11 @@ class CauseSearch {
       }
       asked.push_back(CauseOf(t));
       AskWitnesses(flight_->data(), flight_->log(), flight_->Path(), &asked);
-      const Witness& witness = asked.back().witness;
-      if (witness.value.size() != t.value.size() || !witness.independent ||
-          !Plausible(t.candidate, witness.value)) {
-        continue;
-      }
-      ScoreTest alone;
-      alone.value = witness.value - t.candidate.Neutral();
-      alone.cov_model =
-          (witness.sigma.cwiseAbs2() + t.candidate.Ordinary().cwiseAbs2()).asDiagonal();
-      alone.cov_cluster = alone.cov_model;
-      const double shown = FlightEvidenceOf(alone, PriorSizes(*t.candidate.info)) -
-                           std::log(static_cast<double>(tried_ * t.tried));
+      const Cause& cause = asked.back();
+      const double shown = WitnessAlone(cause) - std::log(static_cast<double>(tried_ * t.tried));
       if (shown < most) continue;
       most = beside_flight_[t.candidate.Label()] = shown;
-      t.value = witness.value;
+      t.value = cause.witness.value;
       surest = t;
     }
     return surest;

@@ -59,7 +59,8 @@ std::string WhyNotNamed(const Cause& cause, double alpha) {
   std::string why =
       fmt::format("its evidence is {:.1f} ({}), {:.1f} is needed", cause.evidence.Total(),
                   PartsText(cause.evidence), EvidenceNeeded(alpha));
-  if (cause.evidence.witness < 0.0) why += "; " + cause.witness.text;
+  const bool against = cause.evidence.witness < 0.0 || cause.witness.says == "refutes";
+  if (against) why += "; " + cause.witness.text;
   return why;
 }
 
@@ -80,9 +81,11 @@ bool Claimed(const Cause& cause) { return cause.confirmed.value_or(true) || Witn
 std::string VerdictOf(const std::vector<Cause>& causes, const std::vector<Cause>& set_aside,
                       const std::vector<std::string>& unexplained_by, double alpha,
                       bool terms_repeat) {
-  const bool misfit =
-      !unexplained_by.empty() ||
-      std::ranges::any_of(set_aside, [&](const Cause& c) { return Refuted(c, alpha); });
+  // A source speaks of it, although all together do not show it.
+  const auto speaks = [&](const Cause& c) {
+    return Refuted(c, alpha) || WitnessAlone(c) + c.evidence.prior >= EvidenceNeeded(alpha);
+  };
+  const bool misfit = !unexplained_by.empty() || std::ranges::any_of(set_aside, speaks);
   if (causes.empty() && !terms_repeat && !misfit) return "clean";
   // A cause that can't be relied on is a significant misfit, too.
   const bool all = std::all_of(causes.begin(), causes.end(), Claimed);

@@ -85,6 +85,15 @@ TEST(Verdict, ExplainedNeedsCausesThatCanBeReliedOnAndLeaveNothing) {
   Cause confused = repeats;
   confused.confused_with = {"wind"};
   EXPECT_EQ(verdict({confused}, {}, {}), "ambiguous");
+  // The fit denies it, so that the sum is small, but the gyroscope shows it.
+  Cause denied = CauseWith({.flight = -1.0, .witness = 3.0, .prior = -3.0}, "refutes");
+  denied.candidate = {&InfoOf("attitude_latency"), {}};
+  denied.value = Eigen::VectorXd::Constant(1, -0.005);
+  denied.witness.value = Eigen::VectorXd::Constant(1, 0.08);
+  denied.witness.sigma = Eigen::VectorXd::Constant(1, 0.002);
+  EXPECT_EQ(verdict({}, {denied}, {}), "unexplained");
+  denied.witness.independent = false;  // the fit used the same
+  EXPECT_EQ(verdict({}, {denied}, {}), "clean");
 }
 
 // Two constants with priors of one, and a cause that is seen through their sum with the first.
