@@ -119,7 +119,9 @@ void Propose(const std::string& proposed) {
 // can be made, an earlier one stays; the map to be edited comes beside it.
 int WithoutMap() {
   FoundLog found = FindLog(SplitPaths(FLAGS_in));
-  std::optional<FlightLog> read = SettleProposal(&found);
+  // To list a recording that a map reads it need not be read whole.
+  const bool settle = !FLAGS_out.empty() || !found.shipped || AreTables(found);
+  std::optional<FlightLog> read = settle ? SettleProposal(&found) : std::nullopt;
   if (FLAGS_out.empty()) {
     WarnAll(found.recording->warnings(), FLAGS_quiet);
     if (!FLAGS_quiet) fmt::print("{}\n{}", ListChannels(*found.recording), found.map);

@@ -82,9 +82,10 @@ Opened OpenForeign() {
   opened.files = SplitPaths(FLAGS_log);
   ImportMap map;
   std::vector<std::string> assumed;
+  std::optional<FlightLog> read;
   if (FLAGS_map.empty()) {
     FoundLog found = FindLog(opened.files);
-    SettleProposal(&found);
+    read = SettleProposal(&found);
     map = MapOf(found);
     opened.files = found.files;
     opened.map = YAML::Load(found.map);
@@ -92,10 +93,11 @@ Opened OpenForeign() {
   } else {
     map = ReadUserMap(FLAGS_map, opened.files, &assumed, &opened.map);
   }
+  const bool whole = !map.cut.min_height && !map.fixes_from_mocap;
   map.cut.min_height.reset();
   map.fixes_from_mocap.reset();
   opened.sources = FileAttitudesOf(map);
-  opened.log = ConvertLog(map, opened.files, {});
+  opened.log = read && whole ? *std::move(read) : ConvertLog(map, opened.files, {});
   opened.log.warnings.insert(opened.log.warnings.end(), assumed.begin(), assumed.end());
   return opened;
 }

@@ -136,6 +136,18 @@ double IndependentEvidence(const Cause& cause, const VectorXd& value, const Vect
                   more, kTails);
 }
 
+namespace {
+
+// Of an estimate by itself, with these variances.
+double EvidenceOfSize(const Candidate& candidate, const VectorXd& size, const VectorXd& variance) {
+  ScoreTest test;
+  test.value = size;
+  test.cov_model = test.cov_cluster = variance.asDiagonal();
+  return FlightEvidenceOf(test, PriorSizes(*candidate.info));
+}
+
+}  // namespace
+
 double WitnessAlone(const Cause& cause) {
   const Candidate& candidate = cause.candidate;
   const Witness& witness = cause.witness;
@@ -143,11 +155,8 @@ double WitnessAlone(const Cause& cause) {
   if (!says || !witness.independent || !Plausible(candidate, witness.value)) {
     return -std::numeric_limits<double>::infinity();
   }
-  ScoreTest alone;
-  alone.value = witness.value - candidate.Neutral();
-  alone.cov_model = (witness.sigma.cwiseAbs2() + candidate.Ordinary().cwiseAbs2()).asDiagonal();
-  alone.cov_cluster = alone.cov_model;
-  return FlightEvidenceOf(alone, PriorSizes(*candidate.info));
+  return EvidenceOfSize(candidate, witness.value - candidate.Neutral(),
+                        witness.sigma.cwiseAbs2() + candidate.Ordinary().cwiseAbs2());
 }
 
 Cause CauseOf(const Tested& tested) {
@@ -178,10 +187,7 @@ std::optional<double> ChangeEvidence(const Cause& cause) {
              2.0 * cause.candidate.Ordinary().cwiseAbs2();
   // The scatter between clusters counts in the flight's own evidence, of which and of this the
   // lesser holds.
-  ScoreTest change;
-  change.value = cause.value - mean;
-  change.cov_model = change.cov_cluster = variance.asDiagonal();
-  return FlightEvidenceOf(change, PriorSizes(*cause.candidate.info));
+  return EvidenceOfSize(cause.candidate, cause.value - mean, variance);
 }
 
 void AddIndependentEvidence(Cause* cause) {

@@ -65,8 +65,8 @@ double EvidenceOfChance(double p);
 double IndependentEvidence(const Cause& cause, const Eigen::VectorXd& value,
                            const Eigen::VectorXd& sigma, bool same_model);
 
-// What a witness says of an effect whatever the flight says. Minus infinite where it is silent, used
-// what the flight used, or shows a size that no vehicle has.
+// What a witness says of an effect whatever the flight says. Minus infinite where it is silent,
+// used what the flight used, or shows a size that no vehicle has.
 double WitnessAlone(const Cause& cause);
 
 // A candidate as a cause, with what the flight says of it.

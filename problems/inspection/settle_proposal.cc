@@ -71,11 +71,14 @@ struct Reading {
   Inspection inspection;
 };
 
+Reading Inspected(const ImportMap& map, FlightLog log) {
+  const std::optional<FlightLog> middle = MiddleOfLong(log);
+  Inspection inspection = Inspect(middle ? *middle : log, FileAttitudesOf(map));
+  return {std::move(log), std::move(inspection)};
+}
+
 Reading ReadBy(const ImportMap& map, const std::vector<std::string>& files) {
-  Reading reading{ConvertLog(map, files, {}), {}};
-  const std::optional<FlightLog> middle = MiddleOfLong(reading.log);
-  reading.inspection = Inspect(middle ? *middle : reading.log, FileAttitudesOf(map));
-  return reading;
+  return Inspected(map, ConvertLog(map, files, {}));
 }
 
 // Findings that the corrected map has taken away, as lines for the user.
@@ -96,10 +99,10 @@ std::vector<std::string> TakenAway(const Inspection& before, const Inspection& a
 // A recording whose accelerometer has another axis up than the shipped map says: EuRoC's stands
 // upright, other ASL folders hold a drone's. Its axes are by one of the field's conventions if the
 // log so read has fewer faults.
-std::optional<FlightLog> SettleAxes(FoundLog* found) {
+FlightLog SettleAxes(FoundLog* found) {
   FlightLog log = ConvertLog(*found->shipped, found->files, {});
   if (log.imu.empty() || !HasOtherUp(log)) return log;
-  std::size_t fewest = CountFaults(Inspect(log, {}));
+  Reading best = Inspected(*found->shipped, std::move(log));
   const YAML::Node shipped = YAML::Load(found->map);
   const std::string file = found->shipped->file, earth = shipped["earth"].Scalar();
   for (const auto& [up, body] : {std::pair{earth, "FLU"}, {earth, "FRD"}, {"NED", "FRD"}}) {
@@ -108,10 +111,8 @@ std::optional<FlightLog> SettleAxes(FoundLog* found) {
     map["body"] = body;
     const ImportMap other = ReadImportMapText(TextOf(map), file);
     Reading reading = ReadBy(other, found->files);
-    const std::size_t faults = CountFaults(reading.inspection);
-    if (faults >= fewest) continue;
-    fewest = faults;
-    log = std::move(reading.log);
+    if (CountFaults(reading.inspection) >= CountFaults(best.inspection)) continue;
+    best = std::move(reading);
     found->shipped = other;
     found->map = TextOf(map);
     found->assumed = {fmt::format(
@@ -119,7 +120,7 @@ std::optional<FlightLog> SettleAxes(FoundLog* found) {
         "forward is assumed",
         found->recording->file(), file, up, body)};
   }
-  return log;
+  return std::move(best.log);
 }
 
 }  // namespace
