@@ -19,7 +19,8 @@ std::vector<Cause> CausesFrom(const Rounds& rounds, const DiagnosedFlight& fligh
   const std::vector<std::string> constants = flight.Constants();
   for (std::size_t i = 0; i < rounds.found.size(); ++i) {
     const Found& f = rounds.found[i];
-    const ScoreTest test = TestFound(*fit, rounds.found, i);
+    ScoreTest test = TestFound(*fit, rounds.found, i);
+    test.Widen(TestFound(*fit, rounds.found, i, fit->Answers(i)));
     // The value includes an ordinary effect of the same kind, so its usual size adds to the sigma.
     const Eigen::VectorXd sigma =
         (test.sigma.cwiseAbs2() + f.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();

@@ -87,6 +87,18 @@ bool AppliesTo(const FlightLog& log, bool gates, const VgdOptions& options,
   return info.enters != EntersAt::kFix || gates;
 }
 
+// Columns of the flight's rows, of which the force samples read what comes a moment later.
+Eigen::MatrixXd ReadEarlier(const BaseFlight& flight, Eigen::MatrixXd columns) {
+  constexpr Eigen::Index kEarlier = 2;  // samples, a quarter of a second: a controller's answer
+  const auto size = 2 * std::ssize(flight.plan().forces), by = std::min(2 * kEarlier, size);
+  auto forces = columns.middleRows(flight.measurement_rows() - size, size);
+  forces.topRows(size - by) = forces.bottomRows(size - by).eval();
+  forces.bottomRows(by).setZero();
+  columns.topRows(flight.measurement_rows() - size).setZero();
+  columns.bottomRows(flight.rows() - flight.measurement_rows()).setZero();
+  return columns;
+}
+
 // Fits a flight without the model's constants if it contradicts them, and says why.
 std::unique_ptr<ImuDrivenFlight> FitWithoutCauses(const FlightLog& log,
                                                   const ImuDiagnosisOptions& options,
@@ -330,6 +342,13 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
     of_terms = open.Columns(TermsOf(groups));
     parts.push_back(&of_terms);
   }
+  const Eigen::MatrixXd answers =
+      ReadEarlier(*flight_, fit_.columns.d_rows.rightCols(fit_.columns.count() - ordinary));
+  std::vector<std::vector<int>> answer_columns;
+  for (const EffectColumns& own : found_columns) {
+    answer_columns.push_back(next(static_cast<int>(own.columns.size())));
+  }
+  parts.push_back(&answers);
   Eigen::MatrixXd stacked(flight_->rows(), at - kThetaSize - fit_.columns.count());
   Eigen::Index column = 0;
   for (const Eigen::MatrixXd* part : parts) {
@@ -342,6 +361,7 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
   fit->found = std::move(found_columns);
   fit->candidates = std::move(candidate_columns);
   fit->terms = std::move(term_columns);
+  fit->answers = std::move(answer_columns);
   return fit;
 }
 

@@ -147,6 +147,15 @@ void ScoreTest::LimitTo(double most) {
   p_model = ChiSquareTail(chi2, static_cast<double>(value.size()));
 }
 
+void ScoreTest::Widen(const ScoreTest& beside) {
+  const Vector by_chance = (beside.sigma.cwiseAbs2() - sigma.cwiseAbs2()).cwiseMax(0.0);
+  const Vector more = ((beside.value - value).cwiseAbs2() - by_chance).cwiseMax(0.0);
+  sigma = (sigma.cwiseAbs2() + more).cwiseSqrt();
+  cov_model.diagonal() += more;
+  cov_cluster.diagonal() += more;
+  Judge(value);
+}
+
 void ScoreTest::Scale(const Vector& unit) {
   value = value.cwiseProduct(unit);
   sigma = sigma.cwiseProduct(unit);

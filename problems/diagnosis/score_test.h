@@ -55,6 +55,9 @@ struct ScoreTest {
   double DegreesOfFreedom(const Eigen::VectorXd& size) const;
   // Limits the noise model's chi-square to `gain`, twice the increase of the log likelihood.
   void LimitTo(double gain);
+  // Widens the value's errors by how far it moves beside further nuisances, beyond what their own
+  // errors move it by (Hausman 1978).
+  void Widen(const ScoreTest& beside);
   // Converts from units of columns to those of parameters.
   void Scale(const Eigen::VectorXd& unit);
 };

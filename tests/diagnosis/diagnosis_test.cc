@@ -134,6 +134,22 @@ TEST(Diagnose, SlowNamesAnErrorOfTheAttitudeThatConstantsImitate) {
   EXPECT_LT(diagnosis.causes[0].sigma[0], 0.3);
 }
 
+// A controller answers gusts within a quarter of a second. Its turns then go with what the
+// accelerometer reads, as they would beside an arm of 6 cm.
+TEST(Diagnose, SlowAnAnswerToGustsIsNoLeverArm) {
+  SimulationConfig config = testing_simulation::ReadShipped("figure_eight");
+  config.effects = {{"fix_latency", {{"tau", 0.12}}}};  // too small to be shown in these gusts
+  config.turbulence = {.sigma = {0.3, 0.3, 0.2}, .memory = 1.5};
+  config.duration = 110.0;
+  FlightLog log = testing_simulation::Fly(config, 9066).log;
+  log.mocap.clear();
+  const Diagnosis diagnosis = DiagnoseQuickly(log);
+  EXPECT_TRUE(diagnosis.causes.empty());
+  for (const Cause& cause : diagnosis.set_aside) {
+    if (cause.candidate.id() == "imu_lever_arm") EXPECT_GT(cause.sigma.z(), 0.02);
+  }
+}
+
 // Without mocap. The flight has an observer of third order, the effect a low-pass of second.
 TEST(Diagnose, SlowNamesAnAttitudeFilterThatKnowsNoDrag) {
   FlightLog log = FlyHiding({{"ahrs_drag_error", {{"k", 0.4}}}}, 29);

@@ -65,6 +65,21 @@ TEST(ScoreTest, AnErrorOfTheModelHidesSizes) {
 }
 
 // What rounding leaves of a column is no evidence, whatever its size.
+// A nuisance moves a value by chance as far as it adds to the value's error. What goes beyond is an
+// error of the model.
+TEST(ScoreTest, AMoveBeyondChanceWidensTheErrors) {
+  const Linearisation fit = Drawn(-0.5);
+  const ScoreTest test = TestBeside(fit, {0}, 2), beside = TestBeside(fit, {0, 1}, 2);
+  ScoreTest widened = test;
+  widened.Widen(beside);
+  EXPECT_NEAR(widened.sigma[0], test.sigma[0], 0.2 * test.sigma[0]);
+  ScoreTest moved = beside;
+  moved.value[0] += 0.5;
+  widened.Widen(moved);
+  EXPECT_NEAR(widened.sigma[0], 0.5, 0.1);
+  EXPECT_GT(widened.p(), 0.1);
+}
+
 TEST(ScoreTest, AColumnThatOthersExplainWhollyIsNotSignificant) {
   for (const double size : {0.0, -0.5, 30.0}) {
     const Linearisation fit = Drawn(size);
