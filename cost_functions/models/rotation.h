@@ -73,8 +73,16 @@ inline Eigen::Vector3d RotationVector(const Eigen::Quaterniond& q) {
   return turn.angle() * turn.axis();
 }
 
-// The rotation by a vector (rad); the identity for zero.
+// The rotation by a vector (rad); the identity for zero. Series serve small angles, as between
+// samples of a gyroscope, to the last digit.
 inline Eigen::Quaterniond RotationByVector(const Eigen::Vector3d& v) {
+  constexpr double kSmall = 1e-3;  // square of half the angle
+  const double h = 0.25 * v.squaredNorm();
+  if (h < kSmall) {
+    const Eigen::Vector3d axis = 0.5 * (1.0 - h / 6.0 * (1.0 - h / 20.0 * (1.0 - h / 42.0))) * v;
+    const double w = 1.0 - h / 2.0 * (1.0 - h / 12.0 * (1.0 - h / 30.0 * (1.0 - h / 56.0)));
+    return Eigen::Quaterniond(w, axis.x(), axis.y(), axis.z());
+  }
   return Eigen::Quaterniond(Eigen::AngleAxisd(v.norm(), v.stableNormalized()));
 }
 

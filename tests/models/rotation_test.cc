@@ -49,6 +49,16 @@ TEST(Rotation, ByVectorTurnsByItsNormAboutIt) {
   EXPECT_EQ(RotationByVector(Vector3d::Zero()).coeffs(), Quaterniond::Identity().coeffs());
 }
 
+// Small angles by series, larger ones by sine and cosine.
+TEST(Rotation, ByVectorIsExactAtAllAngles) {
+  const Eigen::Vector3d axis = Eigen::Vector3d(0.3, -0.8, 0.5).normalized();
+  for (const double angle : {0.0, 1e-9, 1e-3, 0.063, 0.0633, 0.5, 3.0}) {
+    const Eigen::Quaterniond q = RotationByVector(angle * axis);
+    EXPECT_NEAR(q.w(), std::cos(0.5 * angle), 2e-16) << angle;
+    EXPECT_LT((q.vec() - std::sin(0.5 * angle) * axis).norm(), 2e-16) << angle;
+  }
+}
+
 TEST(Rotation, NoseUpIsPositiveTheta) {
   const Matrix3d R_B_E = RotationFromEuler(Vector3d(0.0, 0.1, 0.0));
   const Vector3d nose_E = R_B_E.transpose() * Vector3d::UnitX();
