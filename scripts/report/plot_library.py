@@ -48,10 +48,11 @@ addEventListener("DOMContentLoaded",async function(){
     config.displayModeBar=false;
     const below=!(layout.legend.x<1)?20*data.length:0;  // px of the legend
     if(below)layout.legend={orientation:"h",x:0,y:-0.1,yanchor:"top"};
-    const panels=Object.keys(layout).filter(key=>/^xaxis/.test(key)&&layout[key].domain&&layout[key].anchor).map(key=>{
-      const x=layout[key],y=layout[x.anchor.replace("y","yaxis")];
-      return {x,y,left:x.domain[0],middle:(x.domain[0]+x.domain[1])/2,top:y.domain[1]};
-    }).sort((a,b)=>b.top-a.top||a.left-b.left);
+    const panels=Object.keys(layout).filter(key=>/^xaxis/.test(key)).map(key=>
+      ({x:layout[key],y:layout[(layout[key].anchor||"").replace("y","yaxis")]})
+    ).filter(({x,y})=>x.domain&&y&&y.domain).map(({x,y})=>
+      ({x,y,left:x.domain[0],middle:(x.domain[0]+x.domain[1])/2,top:y.domain[1]})
+    ).sort((a,b)=>b.top-a.top||a.left-b.left);
     const lefts=new Set(panels.map(p=>p.left)).size,high=1/panels.length;
     if(lefts<2)return;
     panels.forEach((p,i)=>{
