@@ -36,7 +36,7 @@ DEFINE_bool(quiet, false, "no table and no warnings");
 namespace {
 
 constexpr char kUsage[] =
-    R"(turns a foreign log into a native log: a directory with log.yaml and one CSV a stream.
+    R"(Turns a foreign log into a native log: a directory with log.yaml and one CSV a stream.
 
   trueline-convert --in=flight.ulg                 # lists what is in a log, and proposes a map
   trueline-convert --in=flight.ulg --out=out/flight

@@ -12,6 +12,7 @@
 #include "problems/common/progress.h"
 #include "problems/common/result_folder.h"
 #include "problems/common/units.h"
+#include "problems/experiment/overlay.h"
 #include "problems/log/native_log.h"
 #include "problems/simulation/simulate_rotor_flight.h"
 #include "problems/simulation/truth_file.h"
@@ -23,13 +24,14 @@ DEFINE_uint64(seed, 0, "Seed of all noise; the same seed gives the same bytes");
 DEFINE_double(duration, 0.0, "Length of the log in s, instead of the configuration's");
 DEFINE_string(model, "",
               "model.yaml whose vehicle and effects are flown on the configuration's course");
+DEFINE_string(overrides, "", "YAML that replaces keys of the configuration, by their key paths");
 DEFINE_bool(randomise, false, "Draw true parameters from the configuration's 'randomise' ranges");
 DEFINE_bool(quiet, false, "Print nothing");
 
 namespace trueline {
 namespace {
 
-constexpr char kUsage[] = R"(flies a drone round a course of gates and writes its log.
+constexpr char kUsage[] = R"(Flies a drone round a course of gates and writes its log.
 
   trueline-simulate --config=config/simulate/hippodrome.yaml --out=/tmp/flight
       100 s of the hippodrome; /tmp/flight is a native log, /tmp/flight.truth.yaml the truth.
@@ -38,10 +40,10 @@ constexpr char kUsage[] = R"(flies a drone round a course of gates and writes it
   trueline-simulate --config=config/rotors/random.yaml --out=/tmp/flight
       a flight along a trajectory, with rotor speeds and poses, for --drive=rotors
 
-An effect that calibration doesn't model is switched on in the configuration:
-  effects:
-    - {id: quadratic_drag, c: 0.05}        # 1/m
-    - {id: fix_latency, tau: 0.05}         # s
+  trueline-simulate --config=config/simulate/gnss.yaml --out=/tmp/flight
+      --overrides="gnss.latency: 0, effects: [{id: wind, w_x: 1.5, w_y: -1}]"
+      with another receiver, and an effect that calibration does not model; trueline effects lists
+      the effects
 
 Then: trueline-calibrate --log=/tmp/flight --out=/tmp/result)";
 
@@ -99,11 +101,23 @@ FlightLog SimulateWithProgress(const SimulationConfig& config, SimulationTruth* 
                   [&](double t) { progress.Reached(static_cast<int>(t)); });
 }
 
+YamlMap Configuration() {
+  YamlMap file = YamlMap::FromFile(FLAGS_config);
+  if (FLAGS_overrides.empty()) return file;
+  try {
+    const YamlMap overrides(YAML::Load("{" + FLAGS_overrides + "}"), "--overrides", "");
+    return YamlMap(WithSettings(YAML::LoadFile(FLAGS_config), ReadSettings(overrides)),
+                   FLAGS_config + " with --overrides", "");
+  } catch (const YAML::Exception& error) {
+    throw InputError("--overrides: " + error.msg + "; write YAML, such as gnss.latency: 0");
+  }
+}
+
 int Run() {
   if (FLAGS_config.empty() || FLAGS_out.empty()) {
     throw InputError("--config and --out are needed; see trueline-simulate --help");
   }
-  const YamlMap map = YamlMap::FromFile(FLAGS_config);
+  const YamlMap map = Configuration();
   if (IsRotorFlight(map)) return RunRotorFlight(map);
   SimulationConfig config = ReadSimulationConfig(map);
   if (!(FLAGS_duration >= 0.0 && FLAGS_duration <= kLongestFlight)) {

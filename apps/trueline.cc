@@ -32,7 +32,7 @@ trueline::InputError UnknownVerb(const std::string& word, const Verbs& verbs) {
   const std::string closest = trueline::ClosestVerb(word, verbs);
   return trueline::InputError(fmt::format(
       "'{}' is no verb{}; `trueline --help` lists them", word,
-      closest.empty() ? std::string() : fmt::format("; did you mean `trueline {}`?", closest)));
+      closest.empty() ? std::string() : fmt::format(" (did you mean `trueline {}`?)", closest)));
 }
 
 int Run(int argc, char** argv) {

@@ -49,9 +49,9 @@ bool HasFlag(const char* name) {
 }
 
 // Words that are no flags are the logs that a verb works on. Results then go beside, into a folder
-// named by the first log and the verb, unless --out says where. Returns that folder; "" if the user
-// named one, or the verb makes no page of a log. Throws InputError for any other word.
-std::string TakeLogs(const std::string& program, const std::vector<std::string>& words) {
+// named by the first log and the verb, unless --out says where or the verb makes no page of a log.
+// Throws InputError for any other word.
+void TakeLogs(const std::string& program, const std::vector<std::string>& words) {
   namespace fs = std::filesystem;
   const char* flag = HasFlag("log") ? "log" : "in";
   std::string given, out;
@@ -62,13 +62,24 @@ std::string TakeLogs(const std::string& program, const std::vector<std::string>&
     throw InputError(fmt::format("'{}' is not a flag{}; flags are --name=value (see {} --help)",
                                  word, takes ? ", nor a log that exists" : "", program));
   }
-  if (words.empty()) return "";
+  if (words.empty()) return;
   gflags::SetCommandLineOption(flag, fmt::format("{}", fmt::join(words, ",")).c_str());
-  if (!gflags::GetCommandLineOption("out", &out) || !out.empty() || !HasFlag("report")) return "";
+  if (!gflags::GetCommandLineOption("out", &out) || !out.empty() || !HasFlag("report")) return;
   const std::string first = fs::weakly_canonical(words.front()).filename().string();
   out = first.substr(0, first.find('.', 1)) + program.substr(program.find('-'));
   gflags::SetCommandLineOption("out", out.c_str());
-  return out;
+}
+
+// A configuration that ships goes from everywhere by its path in a clone, config/....
+void FindConfigurations() {
+  for (const char* flag : {"config", "map"}) {
+    std::string given;
+    std::error_code unknown;
+    if (!gflags::GetCommandLineOption(flag, &given) || !given.starts_with("config/")) continue;
+    if (!std::filesystem::exists(given, unknown)) {
+      gflags::SetCommandLineOption(flag, FindShared(given).c_str());
+    }
+  }
 }
 
 // Keeps freed memory for the next allocation. By default glibc returns matrices of some 100 kB to
@@ -159,11 +170,9 @@ int RunApp(const std::string& program, const std::string& usage, int* argc, char
   std::setvbuf(stdout, nullptr, _IOLBF, 0);  // messages and progress land between lines only
   std::signal(SIGXFSZ, SIG_IGN);             // a write beyond `ulimit -f` is an error, no kill
   return RunGuarded(program, [&] {
-    const std::string beside = TakeLogs(program, {*argv + 1, *argv + *argc});
+    TakeLogs(program, {*argv + 1, *argv + *argc});
+    FindConfigurations();
     const int code = body();
-    std::string quiet;
-    gflags::GetCommandLineOption("quiet", &quiet);
-    if (!beside.empty() && quiet != "true") fmt::print("results: {}\n", beside);
     if (std::fflush(stdout) != 0) {
       throw InputError("standard output could not be written to the end; is the disk full?");
     }
@@ -216,8 +225,8 @@ std::string FindShared(const std::string& relative_path) {
   for (const fs::path& candidate : candidates) {
     if (fs::exists(candidate, error)) return candidate.string();
   }
-  throw InputError(fmt::format("'{}' is not installed; run cmake --install or use the source tree",
-                               relative_path));
+  throw InputError(
+      fmt::format("'{}' is neither here nor among the files of the program", relative_path));
 }
 
 }  // namespace trueline

@@ -411,8 +411,8 @@ void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch&
                    const std::string& reference, double least) {
   if (std::isinf(match.drift_sigma)) {
     e->result.notes.push_back(
-        fmt::format("whether the clock of {}.csv drifts against that of {} is not known: too few "
-                    "parts of the flight show how late it is",
+        fmt::format("whether the clock of {}.csv drifts against that of {}: too few parts of the "
+                    "flight show how late it is",
                     stream, reference));
     return;
   }

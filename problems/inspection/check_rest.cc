@@ -95,8 +95,7 @@ void CheckRest(Examination* e) {
   const Rest rest = RestOf(e->fixed);
   if (rest.seconds == 0.0) {
     e->result.notes.emplace_back(
-        "the vehicle never lies still for a second: gravity and the "
-        "gyroscope's bias at rest are not shown");
+        "gravity and the gyroscope's bias at rest: the vehicle never lies still for a second");
     return;
   }
   const double off = rest.force.norm() - e->log.gravity;

@@ -221,7 +221,7 @@ class HealthFindings {
     const bool long_gap = h.longest > kHarmless;
     if (h.gaps > 0 && (imu || h.stream == "attitude" || (drives && long_gap))) {
       Add("gaps", h, h.lost > 0.02 * span ? Level::kBiases : Level::kWidens, h.lost, "s",
-          fmt::format("{} gaps, the longest {:.3f} s", h.gaps, h.longest),
+          fmt::format("gaps: {}, the longest {:.3f} s", h.gaps, h.longest),
           "log on a faster card or at a lower rate");
     }
     if (h.IsHeld()) {

@@ -140,7 +140,7 @@ std::string InspectionTable(const Inspection& inspection) {
                         f.remedy + (f.repaired ? " [in corrected_map.yaml]" : ""));
   }
   for (const std::string& note : inspection.notes) {
-    text += fmt::format("{:<11} {}\n", "not checked", note);
+    text += fmt::format("not checked: {}\n", note);
   }
   return text;
 }

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/verbs.h"
 
@@ -42,7 +43,7 @@ std::string RunReport(const std::string& verb, const std::vector<std::string>& a
                      : reason,
       outcome.code == kRefused ? ""
                                : ". Install python3-plotly, python3-pandas and python3-yaml, or "
-                                 "give --report=false");
+                                 "leave the page out by --report=false");
 }
 
 void Publish(const std::string& verb, bool report, bool quiet, const std::string& table,
@@ -55,6 +56,8 @@ void Publish(const std::string& verb, bool report, bool quiet, const std::string
   }
   out->Commit(quiet);
   if (!quiet) fmt::print("{}", table);
+  const std::string page = report && failure.empty() ? "/report.html" : "";
+  if (!quiet) fmt::print("results: {}\n", WithFinalNames(out->path().string() + page));
   if (!failure.empty()) throw InputError(failure + "; the other results are complete");
 }
 

@@ -34,7 +34,7 @@ import yaml
 from faults_put import ACCEL, BESIDE, FAULTS, GYRO, PLACE
 from flights import FLIGHTS, ROTORS
 from measured_flights import convert, halves
-from native import QUATERNION, Log, inverse, product, resampled
+from native import QUATERNION, Log, inverse, product
 from program import SOURCE, app, clear_left_over, read_yaml, refuse_other_draw, refuse_other_program
 
 SIMULATED = ("hippodrome", "iros2016", "fast", "figure_eight")

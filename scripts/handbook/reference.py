@@ -55,7 +55,10 @@ class Programs:
 def commands(programs, _):
     text = "# Commands\n\n`trueline VERB` is the same as `trueline-VERB`.\n"
     for verb in VERBS:
-        text += f"\n## trueline-{verb}\n\n```text\n{programs.say(verb, '--help').rstrip()}\n```\n"
+        told = programs.say(verb, "--help").rstrip()
+        if bare := re.findall(r"^  (--\w+) +\(default", told, re.M):
+            raise Lacking(f"commands: trueline-{verb}: {', '.join(bare)} lacks its meaning")
+        text += f"\n## trueline-{verb}\n\n```text\n{told}\n```\n"
     return text
 
 
@@ -164,6 +167,8 @@ def terms(_, __):
     places = re.findall(r'\{"(\w+)", TermOn::k(\w+), \d\}', source)
     if len(quantities) < 10 or len(places) < 10:
         raise Lacking("terms: the tables of problems/effects/term.cc are not as expected")
+    if bare := [symbol for symbol, words, *_ in quantities if not words]:
+        raise Lacking(f"terms: {', '.join(bare)} lacks its words in problems/effects/term.cc")
     units = {"Force": "m/s^2", "Turn": "rad/s^2", "Attitude": "rad", "Fix": "m"}
     numbers = {"x": "beyond this, m", "y": "beyond this, m", "h": "beyond this, m", "T": "less this, m/s^2",
                "U": "above this, V", "t": "middle and half width, s", "sin": "psi, or 2*psi", "cos": "psi, or 2*psi",
@@ -239,7 +244,12 @@ def field_rows(schema, root, path=""):
         yield from field_rows(of_map, root, here + ".NAME")
 
 
-def results(_, __):
+def column_described(head, describe):
+    """Whether a column of a result's CSV file, as `name [unit]` in its head, has a description."""
+    return any(fnmatch.fnmatchcase(head.split(" [")[0], pattern) for pattern in describe["columns"])
+
+
+def results(_, describe):
     text = ("# Fields of result files\n\nEach file has a JSON schema in `config/schema`; tests hold real results "
             "against it.\n")
     for file in sorted((ROOT / "config/schema").glob("*.schema.json")):
@@ -250,7 +260,8 @@ def results(_, __):
         for name, part in schema.get("$defs", {}).items():
             rows = [[f"`{p}`", k.replace("\\|", "or"), d] for p, k, d in field_rows(part, schema)]
             text += f"\n*{name}*\n\n" + table(["field", "kind", "meaning"], rows)
-    return text
+    text += "\n## CSV files\n\n" + table(["file", "a row is"], [[f"`{n}.csv`", t] for n, t in describe["tables"].items()])
+    return text + "\n" + table(["column", "meaning"], [[f"`{n}`", told] for n, told in describe["columns"].items()])
 
 
 PAGES = {"commands": commands, "options": options, "effects": effects, "findings": findings, "terms": terms,

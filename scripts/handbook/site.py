@@ -1,9 +1,8 @@
 #!/usr/bin/python3
-"""Builds the handbook as one site that opens offline: site.py [--out=site] [--alone]
+"""Builds the handbook as one site that opens offline, also on a machine without the source: site.py [--out=site]
 
 Every Markdown document that belongs to the source, and the pictures beside them, become pages with one
-navigation. Links to documents lead to their pages; links to other files of the source lead to that source, or
-with --alone, for a machine without it, say where in the source they are.
+navigation. Links to documents lead to their pages; a file of another kind that they link to becomes a page, too.
 """
 import argparse
 import html
@@ -86,19 +85,24 @@ def navigation(here, groups):
 
 
 class Site:
-    def __init__(self, out, alone):
-        self.out, self.alone, self.names = out, alone, documents()
-        self.missing = []
+    def __init__(self, out):
+        self.out, self.names = out, documents()
+        self.files, self.missing = set(), []
 
     def build(self):
         groups = grouped(self.names)
         for name in self.names:
             text = (ROOT / name).read_text(encoding="utf-8")
             body = markdown.markdown(text, extensions=["tables", "fenced_code", "toc", "sane_lists"])
-            body = LINK.sub(lambda link: self._moved(link, name), body)
-            page = self.out / page_of(name)
-            page.parent.mkdir(parents=True, exist_ok=True)
-            page.write_text(self._page(name, body, groups), encoding="utf-8")
+            self._write(name, title_of(name), LINK.sub(lambda link: self._moved(link, name), body), groups)
+        for name in sorted(self.files):
+            text = html.escape((ROOT / name).read_text(encoding="utf-8"))
+            self._write(f"{name}.md", name, f"<h1>{name}</h1><pre>{text}</pre>", groups)
+
+    def _write(self, name, title, body, groups):
+        page = self.out / page_of(name)
+        page.parent.mkdir(parents=True, exist_ok=True)
+        page.write_text(self._page(name, title, body, groups), encoding="utf-8")
 
     def _moved(self, link, name):
         attribute, target, anchor = link[1], link[2], link[3] or ""
@@ -109,21 +113,20 @@ class Site:
             path = path / "README.md"
         if str(path) in self.names:
             return f'{attribute}="{os.path.relpath(page_of(path), page_of(name).parent)}{anchor}"'
-        if not (ROOT / path).exists():
+        if not (ROOT / path).is_file():
             self.missing.append(f"{name}: {target}")
         elif attribute == "src":
             (self.out / path).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(ROOT / path, self.out / path)
-        elif self.alone:
-            return f'title="{path} of the source"'
         else:
-            return f'{attribute}="{(ROOT / path).as_uri()}"'
+            self.files.add(str(path))
+            return f'href="{os.path.relpath(page_of(f"{path}.md"), page_of(name).parent)}"'
         return link[0]
 
-    def _page(self, name, body, groups):
+    def _page(self, name, title, body, groups):
         return ('<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
                 '<meta name="viewport" content="width=device-width, initial-scale=1"><link rel="icon" href="data:,">'
-                f"<title>{html.escape(title_of(name))} - Trueline</title><style>{CSS.read_text()}{MORE}</style></head>"
+                f"<title>{html.escape(title)} - Trueline</title><style>{CSS.read_text()}{MORE}</style></head>"
                 f"<body><header><div><h1>Trueline</h1><p>Handbook</p></div></header><main><aside>"
                 f"{navigation(name, groups)}</aside><article>{body}</article></main></body></html>\n")
 
@@ -131,12 +134,11 @@ class Site:
 def main(argv):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--out", type=Path, default=ROOT / "site", help="folder of the site, made if missing")
-    parser.add_argument("--alone", action="store_true", help="no links to the source")
     arguments = parser.parse_args(argv)
-    site = Site(arguments.out, arguments.alone)
+    site = Site(arguments.out)
     site.build()
     for missing in site.missing:
-        print(f"site: {missing}: no such file", file=sys.stderr)
+        print(f"site: {missing}: no such file; link to one", file=sys.stderr)
     print(f"site: {len(site.names)} pages; open {arguments.out / 'index.html'}")
     return 1 if site.missing else 0
 

@@ -3,7 +3,6 @@ import os
 import shutil
 import subprocess
 from functools import cached_property
-from pathlib import Path
 
 import yaml
 

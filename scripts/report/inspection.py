@@ -52,9 +52,9 @@ def build(arguments):
 def _answer(result, findings):
     worst = min((f["level"] for f in findings), key=HARM.index, default=None)
     kind, text = ANSWERS[worst]
-    said = [f'{f["id"].replace("_", " ")} ({f["stream"]}): {f["remedy"]}' for f in findings
-            if f["level"] != "note"][:5]
-    blocks = [verdict(kind, text, said)]
+    said = dict.fromkeys(f'{f["id"].replace("_", " ")} ({f["stream"]}): {f["remedy"]}' for f in findings
+                         if f["level"] != "note")
+    blocks = [verdict(kind, text, list(said)[:5])]
     if result.get("corrected_by"):
         blocks += [paragraph("Nothing was changed. This command makes a repaired log:"),
                    f'<pre>{escape(result["corrected_by"])}</pre>']

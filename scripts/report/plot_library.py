@@ -43,7 +43,31 @@ addEventListener("DOMContentLoaded",async function(){
     (layout.annotations||[]).forEach((_,i)=>changes["annotations["+i+"].font.color"]=ink);
     return changes;
   }
+  // On a telephone panels that stand side by side stand below each other, the legend below all.
+  function stack(id,{data,layout},config){
+    config.displayModeBar=false;
+    const below=!(layout.legend.x<1)?20*data.length:0;  // px of the legend
+    if(below)layout.legend={orientation:"h",x:0,y:-0.1,yanchor:"top"};
+    const panels=Object.keys(layout).filter(key=>/^xaxis/.test(key)).map(key=>
+      ({x:layout[key],y:layout[(layout[key].anchor||"").replace("y","yaxis")]})
+    ).filter(({x,y})=>x.domain&&y&&y.domain).map(({x,y})=>
+      ({x,y,left:x.domain[0],middle:(x.domain[0]+x.domain[1])/2,top:y.domain[1]})
+    ).sort((a,b)=>b.top-a.top||a.left-b.left);
+    const lefts=new Set(panels.map(p=>p.left)).size,high=1/panels.length;
+    if(lefts<2)return;
+    panels.forEach((p,i)=>{
+      p.x.domain=[0,1];
+      p.y.domain=[1-(i+0.75)*high,1-(i+0.05)*high];
+      p.y.showticklabels=p.x.showticklabels=true;
+      for(const title of layout.annotations||[])
+        if(!title.done&&Math.abs(title.x-p.middle)<1e-3&&Math.abs(title.y-p.top)<1e-3)
+          Object.assign(title,{x:0.5,y:p.y.domain[1],done:true});
+    });
+    layout.height=0.8*lefts*layout.height+below;
+    document.getElementById(id).style.height=layout.height+"px";
+  }
   window.draw=function(id,figure,config){
+    if(innerWidth<=600)stack(id,figure,config);
     Plotly.newPlot(id,figure.data,figure.layout,config).then(p=>Plotly.relayout(p,look(p.layout,dark.matches)));
   };
   for(const plot of drawLater)draw(...plot);

@@ -63,11 +63,11 @@ def _smoothed(line, seconds):
     return line.assign(v=line.v.rolling(max(1, round(seconds / step)), center=True, min_periods=1).mean())
 
 
-def _averaged(imu, seconds):
-    """Specific force as second differences over `seconds` see it: averaged twice. The body's turns are neglected."""
+def _averaged(imu, names, seconds):
+    """Lengths of vectors as differences over `seconds` see them: averaged twice. The body's turns are neglected."""
     rows = max(1, round(seconds / max(imu.t.diff().median(), 1e-6)))
-    once = imu[ACCEL].rolling(rows, center=True, min_periods=1).mean()
-    return once.rolling(rows, center=True, min_periods=1).mean()
+    once = imu[names].rolling(rows, center=True, min_periods=1).mean()
+    return _lengths(imu.t, once.rolling(rows, center=True, min_periods=1).mean())
 
 
 def _pair(comparison, streams):
@@ -77,12 +77,11 @@ def _pair(comparison, streams):
         return None
     imu, frame = streams["imu"], streams[name]
     if what.startswith("turn rates") and set(QUATERNION) <= set(frame):
-        lines = _smoothed(_lengths(imu.t, imu[GYRO]), 0.02), _smoothed(_turn_rate(frame), 0.02)
-        return "turn rate [rad/s]", "gyroscope", *lines
+        step = max(0.02, frame.t.diff().median())
+        return "turn rate [rad/s]", "gyroscope", _averaged(imu, GYRO, step), _smoothed(_turn_rate(frame), step)
     if what.startswith("positions against the accelerometer"):
         step = max(SMOOTH, 2.0 * frame.t.diff().median())  # between samples a line would show no force
-        return ("specific force [m/s²]", "accelerometer", _lengths(imu.t, _averaged(imu, step)),
-                _specific_force(frame, step))
+        return ("specific force [m/s²]", "accelerometer", _averaged(imu, ACCEL, step), _specific_force(frame, step))
     if what == "positions against mocap" and "mocap" in streams:
         mocap = streams["mocap"]
         return ("north [m]", "mocap", mocap[["t", "x"]].set_axis(["t", "v"], axis=1),

@@ -19,7 +19,7 @@ from errors import ReportError
 
 VERBS = [
     "calibration", "rotors", "rotor_experiment", "benchmark", "observe", "design", "diagnosis",
-    "multi_step", "wrench", "inspection", "audit", "picture", "tum", "mcap",
+    "multi_step", "wrench", "inspection", "audit", "picture", "tum", "mcap", "foreign_log",
 ]
 
 

@@ -1,7 +1,11 @@
 """The documents: lists that are made agree with the code, prose is short, links lead somewhere."""
+import contextlib
+import io
 import os
 import re
+import runpy
 import sys
+import tempfile
 import unittest
 from pathlib import Path
 
@@ -45,7 +49,7 @@ class Prose(unittest.TestCase):
         self.assertEqual([c for path in documents() for c in lint_documents.complaints(path)], [])
 
     def test_long_ones_are_found(self):
-        path = Path(self.enterContext(__import__("tempfile").TemporaryDirectory())) / "long.md"
+        path = Path(self.enterContext(tempfile.TemporaryDirectory())) / "long.md"
         path.write_text("word " * 41 + "end.\n\n| a table | " + "word " * 50 + "|\n\nShort. Sentences. Are fine.\n")
         found = list(lint_documents.complaints(path))
         self.assertEqual([f.split(": ", 1)[1].split(",")[0] for f in found],
@@ -62,6 +66,21 @@ class Prose(unittest.TestCase):
                 if not file.exists() or (anchor and anchor not in anchors(file.read_text())):
                     wrong.append(f"{path.relative_to(SOURCE)}: {target}#{anchor}")
         self.assertEqual(wrong, [])
+
+    def test_no_link_of_the_site_is_dead(self):
+        out = Path(self.enterContext(tempfile.TemporaryDirectory())).resolve()
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.assertEqual(runpy.run_path(SOURCE / "scripts/handbook/site.py")["main"]([f"--out={out}"]), 0)
+        ids = {page: set(re.findall(r' id="([^"]*)"', page.read_text())) for page in out.glob("**/*.html")}
+        self.assertGreater(len(ids), 30)
+        dead = []
+        for page in ids:
+            for tag, target, anchor in re.findall(r'<(a|img) [^>]*?(?:href|src)="([^"#:]*)#?([^":]*)"', page.read_text()):
+                file = (page.parent / target).resolve() if target else page
+                if not file.is_relative_to(out) or not file.is_file() or (anchor and anchor not in ids[file]):
+                    dead.append((str(page.relative_to(out)), target, anchor))
+            dead += [(str(page.relative_to(out)), link) for link in re.findall(r"<a (?!href=)[^>]*>", page.read_text())]
+        self.assertEqual(dead, [])
 
     def test_the_first_pages_stay_short(self):
         for name, lines in (("README.md", 110), ("config/README.md", 250)):

@@ -57,7 +57,7 @@ class PageInBrowser(PageCase):
             "return [...document.querySelectorAll('#parameters .badge')].map(b => b.innerText)")
         self.assertEqual(badges, ["identified", "identified", "weak", "identified",
                                   "unobservable", "at bound"])
-        self.assertIn("psi_E_Ep with psi_I_B", self.text("#parameters"))
+        self.assertIn("psi_E_Ep +0.04 rad with psi_I_B", self.text("#parameters"))
 
     def test_the_whole_flight_has_its_own_table(self):
         text = self.text("#whole-flight")

@@ -129,6 +129,10 @@ class Pages(PageCase):
                                     "s => s.scrollWidth > s.clientWidth + 1).map(s => s.innerText.slice(0, 80))")
             if width >= 1100:
                 self.assertEqual(wide, [])
+            else:
+                self.assertEqual(self.browser.run(
+                    "return [...document.querySelectorAll('.js-plotly-plot')].filter(p => new Set(Object.keys(p.layout)"
+                    ".filter(k => /^xaxis/.test(k)).map(k => (p.layout[k].domain || [0])[0])).size > 1).map(p => p.id)"), [])
             self.assertEqual([m for m in self.browser.console() if m["level"] == "SEVERE"], [])
             self.assertIsNone(self.browser.run("return window.hacked || null"))
 

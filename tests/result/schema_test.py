@@ -1,4 +1,5 @@
 """Every schema of config/schema holds for a real result, and refuses a key that it lacks."""
+import csv
 import os
 import shutil
 import subprocess
@@ -12,6 +13,10 @@ import yaml
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from schemas import SCHEMAS, SOURCE, complaints, schema_of
+
+sys.path.append(str(SOURCE / "scripts/handbook"))
+
+import reference
 
 BUILD = Path(os.environ.get("TRUELINE_TEST_BUILD_DIR", SOURCE / "build"))
 ROTORS = f"--config={SOURCE}/config/calibrate/rotors.yaml"
@@ -63,6 +68,18 @@ class Schemas(unittest.TestCase):
             for name in yaml.safe_load(manifest.read_text())["sha256"]:
                 if name.endswith(".yaml") and name not in ("corrected_map.yaml", "rotorpy.yaml"):
                     self.assertIn((manifest.parent / name).resolve(), known)
+
+    def test_every_column_has_a_description(self):
+        describe = yaml.safe_load((SOURCE / "scripts/handbook/describe.yaml").read_text())
+        described = set()
+        for manifest in self.root.glob("*/manifest.yaml"):
+            for table in manifest.parent.glob("*.csv"):
+                described.add(table.stem)
+                self.assertIn(table.stem, describe["tables"])
+                for head in next(csv.reader([table.read_text().splitlines()[0]])):
+                    self.assertTrue(reference.column_described(head, describe), (table.name, head))
+        self.assertGreater(len(described), 8)
+        self.assertFalse(reference.column_described("new [m]", describe))
 
     def test_a_key_that_a_schema_lacks_is_found(self):
         result = yaml.safe_load((self.root / "calibrated/calibration.yaml").read_text())

@@ -119,7 +119,7 @@ def write_summary(directory):
     (directory / "calibration.yaml").write_text(yaml.safe_dump({
         "verdict": "poor", "reasons": [f"one angle is at its bound {HOSTILE}"],
         "warnings": ["imu.csv: gap of 0.03 s at t = 12.5 s"], "estimator": "vgd", "gamma": 3,
-        "parameters": parameters, "unobservable": ["psi_E_Ep with psi_I_B (ratio 1 : -1)"],
+        "parameters": parameters, "unobservable": ["psi_E_Ep +0.04 rad with psi_I_B -0.04 rad"],
         "whole_flight": {
             "flights": 2, "passes": 30, "duration": 120.5, "converged": True, "iterations": 4,
             "parameters": parameters, "unobservable": [],

@@ -20,7 +20,7 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "result"))
 from schemas import complaints
 
 SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
-BUILD = Path(os.environ.get("TRUELINE_TEST_BUILD_DIR", SOURCE / "build"))
+PROGRAMS = Path(os.environ.get("TRUELINE_PROGRAMS", os.environ.get("TRUELINE_TEST_BUILD_DIR", SOURCE / "build") + "/apps"))
 BLOCK = re.compile(r"```(sh|text|yaml)\n(.*?)```", re.S)
 
 
@@ -30,9 +30,7 @@ def squeezed(text):
 
 def follow(page, folder):
     """Yields (commands, what they said, the outputs that the page shows of them)."""
-    for name in ("config", "scripts"):
-        (folder / name).symlink_to(SOURCE / name)
-    environment = {**os.environ, "PATH": f"{BUILD / 'apps'}:/usr/bin:/bin"}
+    environment = {**os.environ, "PATH": f"{PROGRAMS}:/usr/bin:/bin"}
     commands = said = None
     shown = []
     for kind, text in BLOCK.findall((SOURCE / "config/handbook" / page).read_text()):
@@ -84,7 +82,7 @@ class Tutorial(unittest.TestCase):
         if PAGE != "laboratory.md":
             self.skipTest("one page is enough")
         self.assertIn("use what was found", " ".join(self.result("diagnosis/diagnosis.yaml")["next"]))
-        command = [BUILD / "apps/trueline", "calibrate", "--log=log", "--out=again", "--report=false"]
+        command = [PROGRAMS / "trueline", "calibrate", "--log=log", "--out=again", "--report=false"]
         apart = subprocess.run(command, cwd=self.root, check=True, capture_output=True, text=True)
         together = subprocess.run(command, cwd=self.root, check=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                   text=True).stdout.splitlines()

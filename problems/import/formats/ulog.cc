@@ -34,7 +34,7 @@ class ULogWalk {
     }
     if (dropout_ms_ > 0) {
       sink_->Warn(
-          fmt::format("logging lost {} ms in {} dropouts; a faster card or fewer topics "
+          fmt::format("logging lost {} ms (dropouts: {}); a faster card or fewer topics "
                       "avoids that",
                       dropout_ms_, dropouts_));
     }

@@ -1,34 +1,35 @@
-#!/usr/bin/python3
-"""Writes a native log as an autopilot or a laboratory would have logged the flight: FORMAT LOG OUT
-
-FORMAT is ulog (PX4), dataflash (ArduPilot), blackbox (Betaflight), crazyflie (micro-SD card), tum (the path of a
-motion capture system) or csv (one table with Vicon's pose). Only what such a log usually holds is written, in the
-units and axes of that format.
+"""A native log as an autopilot or a laboratory would have logged the flight: ulog (PX4), dataflash (ArduPilot),
+blackbox (Betaflight), crazyflie (micro-SD card), tum (the path of a motion capture system) or csv (one table with
+Vicon's pose). Only what such a log usually holds is written, in the units and axes of that format.
 """
 import math
-import sys
 import zlib
-from pathlib import Path
 from struct import pack
 
 import numpy as np
 import pandas as pd
 
+from csv_table import read_table
+from page import Document
+
+VERB_HELP = "a native log, as another program would have logged the flight"
+PROGRAM = "trueline-simulate or trueline-convert"
 G = 9.80665  # m/s^2
 FLIP = np.array([1.0, -1.0, -1.0])  # forward-right-down to forward-left-up, and north-east-down to north-west-up
 HOME = (47.0, 8.0, 400.0)  # of position 0 0 0: latitude and longitude in deg, height in m
 ACCEL, GYRO, PLACE, QUATERNION = (["ax", "ay", "az"], ["gx", "gy", "gz"], ["x", "y", "z"], ["qw", "qx", "qy", "qz"])
+COLUMNS = {"imu": ["t", *ACCEL, *GYRO], "attitude": ["t", *QUATERNION], "fixes": ["t", *PLACE, "sigma"],
+           "mocap": ["t", *PLACE, *QUATERNION]}
 
 
 class Log:
     """The streams of a native log as tables without units in their headers."""
 
     def __init__(self, folder):
-        self.folder = Path(folder)
+        self.folder = folder
 
     def __getattr__(self, name):
-        frame = pd.read_csv(self.folder / f"{name}.csv")
-        return frame.rename(columns=lambda column: column.split(" [")[0])
+        return read_table(self.folder / f"{name}.csv", COLUMNS[name], remedy="the format needs this stream of the log")
 
     def held(self, name):
         """A stream's last row at each IMU sample."""
@@ -179,13 +180,17 @@ def csv(log):
 FORMATS = {write.__name__: write for write in (ulog, dataflash, blackbox, crazyflie, tum, csv)}
 
 
-def main(argv):
-    if len(argv) != 3 or argv[0] not in FORMATS:
-        print(f"usage: foreign_log.py FORMAT LOG OUT, FORMAT one of {', '.join(FORMATS)}", file=sys.stderr)
-        return 2
-    Path(argv[2]).write_bytes(FORMATS[argv[0]](Log(argv[1])))
-    return 0
+def add_arguments(parser):
+    parser.add_argument("--format", required=True, choices=FORMATS)
 
 
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+def build(arguments):
+    return ForeignLog(arguments)
+
+
+class ForeignLog(Document):
+    def __init__(self, arguments):
+        self.arguments = arguments
+
+    def render(self):
+        return FORMATS[self.arguments.format](Log(self.arguments.result))
