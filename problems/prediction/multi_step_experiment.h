@@ -51,7 +51,7 @@ struct MultiStepRow {
 // The share of a trajectory's windows that the tubes hold.
 struct TubeRow {
   std::string trajectory;
-  Tube held;
+  TubeShares held;
 };
 
 // One fit, and what it has predicted.
@@ -85,8 +85,8 @@ void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult
                     const std::filesystem::path& directory);
 
 // predictions.csv: the rotor-by-rotor model's states at every step from the start rows, a line a
-// step, and the radii of their tubes (tube.h). Frames as PredictionRun; the quaternion goes on from
-// the start's without taking the shorter way.
+// step, and the radii of their tubes, which follow the run (tube.h). Frames as PredictionRun; the
+// quaternion goes on from the start's without taking the shorter way.
 void WritePredictions(const MultiStepExperiment& experiment, const MultiStepResult& result,
                       int threads, const std::filesystem::path& directory);
 

@@ -25,13 +25,23 @@ QuantitySteps SpreadOf(const PredictionModel& model,
   return spread;
 }
 
-// Calls visit(a, k, error of quantity a at step k).
+// Calls visit(c, a, k) for every chance, quantity and step.
 template <class Visit>
-void ForEachError(const PredictionRun& run, int row, const WindowStates& states, Visit&& visit) {
-  for (int k = 0; k < kTubeSteps; ++k) {
-    const auto errors = StateErrors(run.states.col(row + k + 1), states.col(k));
-    for (int a = 0; a < 4; ++a) visit(a, k, errors[a]);
+void ForEachPart(Visit&& visit) {
+  for (std::size_t c = 0; c < kTubeChances.size(); ++c) {
+    for (int a = 0; a < 4; ++a) {
+      for (int k = 0; k < kTubeSteps; ++k) visit(c, a, k);
+    }
   }
+}
+
+// One where the tube holds the flight, zero elsewhere.
+Tube Held(const Tube& factors, const QuantitySteps& ratios) {
+  Tube held;
+  ForEachPart([&](std::size_t c, int a, int k) {
+    held[c][a][k] = ratios[a][k] <= factors[c][a][k] ? 1.0 : 0.0;
+  });
+  return held;
 }
 
 struct WeighedRatio {
@@ -50,30 +60,42 @@ double WeighedQuantile(std::vector<WeighedRatio> ratios, double chance) {
   return ratios.back().ratio;
 }
 
-struct SpreadStates {
-  WindowStates states;
-  QuantitySteps spread;
-};
+}  // namespace
+
 SpreadStates PredictSpread(const PredictionModel& model, const std::vector<double>& numbers,
                            const PredictionRun& run, int row) {
   PredictedStates<double> states;
   WindowPrediction::Observed<double> seen;
   model.prediction.Predict(numbers.data(), WindowAt(run, row), &states, &seen);
-  return {StatesOf(states), SpreadOf(model, seen)};
+  SpreadStates window{StatesOf(states), SpreadOf(model, seen), {}};
+  for (int k = 0; k < kTubeSteps; ++k) {
+    const auto errors = StateErrors(run.states.col(row + k + 1), window.states.col(k));
+    for (int a = 0; a < 4; ++a) window.ratios[a][k] = errors[a] / window.spread[a][k];
+  }
+  return window;
 }
 
-}  // namespace
-
-TubedStates PredictTube(const PredictionModel& model, const std::vector<double>& numbers,
-                        const Tube& factors, const PredictionRun& run, int row) {
-  const auto [states, spread] = PredictSpread(model, numbers, run, row);
-  TubedStates tubed{states, factors};
-  for (QuantitySteps& radii : tubed.radii) {
-    for (int a = 0; a < 4; ++a) {
-      for (int k = 0; k < kTubeSteps; ++k) radii[a][k] *= spread[a][k];
+Tube FollowedFactors::Next(int row, const QuantitySteps& ratios) {
+  // 1/s of the logarithm; s, after which the gain falls with the square root of time.
+  constexpr double kGain = 1.0, kSettled = 2.0;
+  for (Window& w : windows_) {
+    for (; w.known < std::min(kTubeSteps, row - w.row); ++w.known) {
+      for (std::size_t c = 0; c < kTubeChances.size(); ++c) {
+        const double chance = kTubeChances[c], sigma = std::sqrt(chance * (1.0 - chance));
+        for (int a = 0; a < 4; ++a) {
+          const double missed = (chance - w.held[c][a][w.known]) / sigma;
+          factors_[c][a][w.known] *= std::exp(w.gain * missed);
+        }
+      }
     }
   }
-  return tubed;
+  while (!windows_.empty() && windows_.front().known == kTubeSteps) windows_.pop_front();
+  constexpr double kStep = StabilisedProcess::kStep;
+  const double time = (row - last_row_) * kStep;
+  windows_.push_back(
+      {row, 0, kGain * time / std::sqrt(1.0 + row * kStep / kSettled), Held(factors_, ratios)});
+  last_row_ = row;
+  return factors_;
 }
 
 Tube LearnTube(const PredictionModel& model, const std::vector<double>& numbers,
@@ -83,11 +105,7 @@ Tube LearnTube(const PredictionModel& model, const std::vector<double>& numbers,
   for (const TrainingWindow& w : windows) ++count[w.trajectory];
   std::vector<QuantitySteps> ratios(windows.size());
   const auto see = [&](int i) {
-    const TrainingWindow& w = windows[i];
-    const SpreadStates predicted = PredictSpread(model, numbers, *runs[w.run], w.row);
-    ForEachError(*runs[w.run], w.row, predicted.states, [&](int a, int k, double error) {
-      ratios[i][a][k] = error / predicted.spread[a][k];
-    });
+    ratios[i] = PredictSpread(model, numbers, *runs[windows[i].run], windows[i].row).ratios;
   };
   ParallelRuns(static_cast<int>(windows.size()), 64, see, threads);
   Tube factors;
@@ -105,30 +123,28 @@ Tube LearnTube(const PredictionModel& model, const std::vector<double>& numbers,
   return factors;
 }
 
-Tube ShareHeld(const PredictionModel& model, const PredictionFit& fit,
-               const std::vector<const PredictionRun*>& runs, int threads) {
-  std::vector<Tube> held(runs.size());
+TubeShares ShareHeld(const PredictionModel& model, const PredictionFit& fit,
+                     const std::vector<const PredictionRun*>& runs, int threads) {
+  std::vector<TubeShares> held(runs.size());
   int windows = 0;
   for (const PredictionRun* run : runs) windows += run->num_windows();
+  const auto add = [](const Tube& more, double share, Tube* sum) {
+    ForEachPart([&](std::size_t c, int a, int k) { (*sum)[c][a][k] += share * more[c][a][k]; });
+  };
   ParallelFor(static_cast<int>(runs.size()), threads, [&](int i) {
+    FollowedFactors followed(fit.tube);
     for (int row = 0; row < runs[i]->num_windows(); ++row) {
-      const TubedStates tubed = PredictTube(model, fit.numbers, fit.tube, *runs[i], row);
-      ForEachError(*runs[i], row, tubed.states, [&](int a, int k, double error) {
-        for (std::size_t c = 0; c < kTubeChances.size(); ++c) {
-          held[i][c][a][k] += error <= tubed.radii[c][a][k] ? 1.0 : 0.0;
-        }
-      });
+      const QuantitySteps ratios = PredictSpread(model, fit.numbers, *runs[i], row).ratios;
+      add(Held(fit.tube, ratios), 1.0, &held[i].learned);
+      add(Held(followed.Next(row, ratios), ratios), 1.0, &held[i].followed);
     }
   });
-  Tube share{};
-  for (const Tube& of_run : held) {
-    for (std::size_t c = 0; c < kTubeChances.size(); ++c) {
-      for (int a = 0; a < 4; ++a) {
-        for (int k = 0; k < kTubeSteps; ++k) share[c][a][k] += of_run[c][a][k] / windows;
-      }
-    }
+  TubeShares shares;
+  for (const TubeShares& of_run : held) {
+    add(of_run.learned, 1.0 / windows, &shares.learned);
+    add(of_run.followed, 1.0 / windows, &shares.followed);
   }
-  return share;
+  return shares;
 }
 
 }  // namespace trueline

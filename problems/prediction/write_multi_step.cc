@@ -34,19 +34,31 @@ double MeanOf(const std::array<double, PredictionWindow::kSteps>& steps) {
   return std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
 }
 
-// Shares of windows that the tubes hold: at the shown horizons, and the mean over all.
+// Shares of windows that the tubes hold, by "50 %", ..., "95 % learned".
+std::vector<std::pair<std::string, QuantitySteps>> NamedShares(const TubeRow& row) {
+  std::vector<std::pair<std::string, QuantitySteps>> named;
+  for (const auto& [by, held] :
+       {std::pair{"", &row.held.followed}, {" learned", &row.held.learned}}) {
+    for (std::size_t c = 0; c < kTubeChances.size(); ++c) {
+      named.emplace_back(fmt::format("{:g} %{}", 100.0 * kTubeChances[c], by), (*held)[c]);
+    }
+  }
+  return named;
+}
+
+// The shares at the shown horizons, and the mean over all.
 YAML::Node TubeNode(const TubeRow& row) {
   YAML::Node node;
   node["trajectory"] = row.trajectory;
-  for (std::size_t c = 0; c < kTubeChances.size(); ++c) {
+  for (const auto& [name, shares] : NamedShares(row)) {
     for (int a = 0; a < 4; ++a) {
       YAML::Node held;
       for (const int h : kShownHorizons) {
-        held[fmt::format("h{}", h)] = Rounded(row.held[c][a][h - 1], kShareDigits);
+        held[fmt::format("h{}", h)] = Rounded(shares[a][h - 1], kShareDigits);
       }
-      held["mean"] = Rounded(MeanOf(row.held[c][a]), kShareDigits);
+      held["mean"] = Rounded(MeanOf(shares[a]), kShareDigits);
       held.SetStyle(YAML::EmitterStyle::Flow);
-      node[fmt::format("{:g} %", 100.0 * kTubeChances[c])][kScoredQuantities[a]] = held;
+      node[name][kScoredQuantities[a]] = held;
     }
   }
   return node;
@@ -129,11 +141,9 @@ std::string MultiStepTable(const MultiStepExperiment& experiment, const MultiSte
   }
   table += "\nshare of windows that the tubes hold, mean over h\n";
   for (const TubeRow& row : result.tubes) {
-    for (std::size_t c = 0; c < kTubeChances.size(); ++c) {
-      table += fmt::format("{:<12}{:<26}", row.trajectory,
-                           fmt::format("{:g} % meant", 100.0 * kTubeChances[c]));
-      for (int a = 0; a < 4; ++a)
-        table += fmt::format("{:>8.0f} %", 100.0 * MeanOf(row.held[c][a]));
+    for (const auto& [name, shares] : NamedShares(row)) {
+      table += fmt::format("{:<12}{:<26}", row.trajectory, name);
+      for (const auto& of : shares) table += fmt::format("{:>8.0f} %", 100.0 * MeanOf(of));
       table += "\n";
     }
   }
@@ -161,13 +171,16 @@ std::string Header() {
   return header;
 }
 
-void Print(const std::string& run, int row, const TubedStates& tubed, fmt::memory_buffer* out) {
+void Print(const std::string& run, int row, const SpreadStates& predicted, const Tube& factors,
+           fmt::memory_buffer* out) {
   const auto text = fmt::appender(*out);
   for (int k = 0; k < PredictionWindow::kSteps; ++k) {
     fmt::format_to(text, "{},{},{}", run, row, k + 1);
-    for (const double value : tubed.states.col(k)) fmt::format_to(text, ",{:.6g}", value);
-    for (const QuantitySteps& radii : tubed.radii) {
-      for (const auto& radius : radii) fmt::format_to(text, ",{:.4g}", radius[k]);
+    for (const double value : predicted.states.col(k)) fmt::format_to(text, ",{:.6g}", value);
+    for (const QuantitySteps& of_chance : factors) {
+      for (int a = 0; a < 4; ++a) {
+        fmt::format_to(text, ",{:.4g}", of_chance[a][k] * predicted.spread[a][k]);
+      }
     }
     out->push_back('\n');
   }
@@ -177,19 +190,27 @@ void Print(const std::string& run, int row, const TubedStates& tubed, fmt::memor
 // block at a time.
 void PrintRun(const PredictionFit& fit, const PredictionSetup& setup, const PredictionRun& run,
               int stride, int threads, std::ostream& out) {
-  constexpr int kPieces = 16, kPiece = 32;  // windows
+  constexpr int kBlock = 512, kPiece = 32;  // windows
   const PredictionModel model(setup.vehicle, fit.processes, fit.numbers);
   const std::string name = CsvField(run.name);
   const int windows = (run.num_windows() + stride - 1) / stride;
-  for (int first = 0; first < windows; first += kPieces * kPiece) {
-    std::array<fmt::memory_buffer, kPieces> texts;
-    ParallelFor(kPieces, threads, [&](int i) {
-      const int begin = first + i * kPiece, end = std::min(begin + kPiece, windows);
-      for (int w = begin; w < end; ++w) {
-        const int row = w * stride;
-        Print(name, row, PredictTube(model, fit.numbers, fit.tube, run, row), &texts[i]);
-      }
-    });
+  FollowedFactors followed(fit.tube);
+  for (int first = 0; first < windows; first += kBlock) {
+    const int count = std::min(kBlock, windows - first);
+    std::vector<SpreadStates> predicted(count);
+    std::vector<Tube> factors(count);
+    std::vector<fmt::memory_buffer> texts(count);
+    const auto predict = [&](int i) {
+      predicted[i] = PredictSpread(model, fit.numbers, run, (first + i) * stride);
+    };
+    ParallelRuns(count, kPiece, predict, threads);
+    for (int i = 0; i < count; ++i) {
+      factors[i] = followed.Next((first + i) * stride, predicted[i].ratios);
+    }
+    const auto print = [&](int i) {
+      Print(name, (first + i) * stride, predicted[i], factors[i], &texts[i]);
+    };
+    ParallelRuns(count, kPiece, print, threads);
     for (const fmt::memory_buffer& text : texts) {
       out.write(text.data(), static_cast<std::streamsize>(text.size()));
     }

@@ -67,7 +67,7 @@ def write_multi_step(folder):
         "name": "nano-drones", "scores": [score], "fit": fit, "folds": {name: fit for name in ("Chirp", "Square")},
         "published": [{"name": "physics with a residual network", "average": "concatenated", "sums": [1, 2, 3, 4],
                        **{h: [0.1, 0.2, 0.3, 0.4] for h in ("h1", "h10", "h50")}}],
-        "tubes": [{"trajectory": "Chirp", "50 %": held, "95 %": held}]}))
+        "tubes": [{"trajectory": "Chirp", "50 %": held, "95 % learned": held}]}))
     synthetic.write_csv(folder / "horizons.csv", "trajectory,predictor,average,horizon,p,v,R,w",
                         [("Chirp", "rotor by rotor", "within", step, *[0.01 * step] * 4) for step in range(1, 51)])
 
