@@ -8,7 +8,7 @@
 #include "problems/common/result_folder.h"
 #include "problems/inspection/settle_proposal.h"
 #include "problems/result/render.h"
-#include "problems/simulators/write_audit.h"
+#include "problems/simulators/describe_audit.h"
 
 DEFINE_string(simulator, "",
               "the simulator's parameter file; further ones of the vehicle after commas");

@@ -80,9 +80,15 @@ int Convert(const ImportMap& map, const FoundLog* found, std::optional<FlightLog
   if (options.fix_sigma && !(*options.fix_sigma >= kLeastSigma)) {
     throw InputError(fmt::format("--fix_sigma must be positive, {} m or more", kLeastSigma));
   }
-  options.fixes_from_mocap = OverrideFixes(
-      map, {FLAGS_straights, FLAGS_min_count, FLAGS_max_count, FLAGS_sigma_factor,
-            FLAGS_sigma_floor, FLAGS_student_dof, FLAGS_outlier_share, FLAGS_outlier_size});
+  options.fixes_from_mocap = OverrideFixes(map,
+                                           {{"min_count", FLAGS_min_count},
+                                            {"max_count", FLAGS_max_count},
+                                            {"sigma_factor", FLAGS_sigma_factor},
+                                            {"sigma_floor", FLAGS_sigma_floor},
+                                            {"student_dof", FLAGS_student_dof},
+                                            {"outlier_share", FLAGS_outlier_share},
+                                            {"outlier_size", FLAGS_outlier_size}},
+                                           FLAGS_straights);
   const bool as_read = read && !options.fixes_from_mocap && !options.fix_sigma;
   FlightLog converted = as_read            ? *std::move(read)
                         : found == nullptr ? ConvertLog(map, SplitPaths(FLAGS_in), options)

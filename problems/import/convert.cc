@@ -64,8 +64,8 @@ std::string OrderWarning(const std::string& file, const std::string& stream,
 }
 
 // Of parts that overlap in time. The stream with most rows knows best where the clock steps back;
-// where it does, all streams do.
-void KeepOnePart(const std::string& file, const std::string& format,
+// where it does, all streams do. `tells_order`: whether parts that do not overlap are news.
+void KeepOnePart(const std::string& file, bool tells_order,
                  const std::vector<StreamImport*>& streams, std::vector<std::string>* warnings) {
   std::vector<ClockPart> parts;
   const char* name = "";
@@ -79,7 +79,7 @@ void KeepOnePart(const std::string& file, const std::string& format,
     parts = std::move(own);
     name = stream->name();
   }
-  if (parts.size() > 1 && !AnyOverlap(parts) && !HasChunks(format)) {
+  if (parts.size() > 1 && !AnyOverlap(parts) && tells_order) {
     warnings->push_back(OrderWarning(file, name, parts));
   }
   if (!AnyOverlap(parts)) return;
@@ -93,12 +93,7 @@ void KeepOnePart(const std::string& file, const std::string& format,
 // A stream may have a clock of its own.
 void KeepOnePartOfEach(const std::string& file, const std::vector<StreamImport*>& streams,
                        std::vector<std::string>* warnings) {
-  for (StreamImport* stream : streams) {
-    const std::vector<ClockPart> parts = stream->Parts();
-    if (!AnyOverlap(parts)) continue;
-    const std::size_t left_out = stream->Keep(LongestOf(parts));
-    warnings->push_back(RestartWarning(file, stream->name(), parts, left_out));
-  }
+  for (StreamImport* stream : streams) KeepOnePart(file, false, {stream}, warnings);
 }
 
 // Reads the rows of one file for the streams that come from it.
@@ -110,7 +105,7 @@ void ReadFile(const std::string& file, const CsvDialect& dialect,
     for (StreamImport* stream : streams) stream->AddRow(csv);
   }
   if (!any) throw ErrorAt(file, 0, "has no rows; give the path of a recorded log");
-  KeepOnePart(file, kCsvFormat, streams, warnings);
+  KeepOnePart(file, true, streams, warnings);
   KeepOnePartOfEach(file, streams, warnings);
   for (StreamImport* stream : streams) stream->Finish(warnings);
 }
@@ -129,7 +124,7 @@ void ReadRecording(Recording* recording, const std::vector<StreamImport*>& strea
   }
   const std::string format = recording->format().key;
   if (format != "asl") {  // whose files are read one after the other
-    KeepOnePart(recording->file(), format, streams, warnings);
+    KeepOnePart(recording->file(), !HasChunks(format), streams, warnings);
   }
   KeepOnePartOfEach(recording->file(), streams, warnings);
   try {

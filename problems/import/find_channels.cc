@@ -149,8 +149,7 @@ bool HasColumns(const Recording& recording, StreamMap stream, std::string* why) 
 
 std::vector<StreamCandidate> FindCandidates(const Recording& recording, const StreamMap& stream,
                                             std::string* why) {
-  std::vector<StreamMap> all = {stream};
-  all.insert(all.end(), stream.otherwise.begin(), stream.otherwise.end());
+  std::vector<StreamMap> all = stream.Alternatives();
   std::vector<StreamCandidate> candidates;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const auto companions = FindCompanions(recording, all[i]);
@@ -168,8 +167,7 @@ std::vector<StreamCandidate> FindCandidates(const Recording& recording, const St
 }
 
 std::vector<std::string> UndecodableChannels(const Recording& recording, const StreamMap& stream) {
-  std::vector<StreamMap> all = {stream};
-  all.insert(all.end(), stream.otherwise.begin(), stream.otherwise.end());
+  const std::vector<StreamMap> all = stream.Alternatives();
   std::vector<std::string> labels;
   for (const Channel& channel : recording.channels()) {
     if (channel.count == 0 || !channel.fields.empty()) continue;

@@ -113,6 +113,12 @@ bool Fits(const std::string& pattern, const std::string& path) {
   return fnmatch(pattern.c_str(), std::filesystem::path(path).filename().c_str(), 0) == 0;
 }
 
+std::vector<StreamMap> StreamMap::Alternatives() const {
+  std::vector<StreamMap> all = {*this};
+  all.insert(all.end(), otherwise.begin(), otherwise.end());
+  return all;
+}
+
 std::optional<Eigen::Vector3d> Series::At(TimeNs time) const {
   constexpr double kFarApart = 0.25;  // s
   const auto after = std::lower_bound(t.begin(), t.end(), time);

@@ -149,6 +149,9 @@ struct StreamMap {
 
   TimeSource time;
   Unsorted unsorted = Unsorted::kRefuse;
+  // The stream itself, then those in its place.
+  std::vector<StreamMap> Alternatives() const;
+
   // Skip rows with a value that is missing or can't be, as a quaternion whose norm is not 1,
   // instead of an error.
   bool skip_missing = false;

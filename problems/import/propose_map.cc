@@ -87,16 +87,23 @@ std::string WhyNoMapFits(Recording* recording) {
     return "is a trajectory without an IMU; give it as the second input of a map, as "
            "config/import/imu_and_tum.yaml does";
   }
+  constexpr std::size_t kMostNamed = 40;  // fields
   const auto shown = [](const char* what, const std::vector<ProposedVector>& vectors) {
     return vectors.empty() ? std::string()
                            : fmt::format("{} {}; ", what, fmt::join(vectors.front().columns, ", "));
   };
-  std::vector<std::string> fields;
+  std::string fields;
+  std::size_t named = 0;
   for (const Channel& channel : channels) {
-    for (const ChannelField& field : channel.fields) fields.push_back(field.name);
+    for (const ChannelField& field : channel.fields) {
+      if (named++ < kMostNamed) fields += (fields.empty() ? "" : ", ") + field.name;
+    }
   }
-  constexpr std::size_t kMost = 40;
-  fields.resize(std::min(fields.size(), kMost));
+  if (fields.empty()) {
+    return "has no accelerometer and gyroscope, which are needed: none of its messages has a "
+           "number "
+           "that can be read";
+  }
   return fmt::format(
       "has no {} by the names of its fields, which is needed. {}{}its fields are {}. Name three of "
       "them as acc_x [m/s^2] or gyro_x [rad/s], or state them in a --map: streams: {{imu: {{accel: "
@@ -104,8 +111,7 @@ std::string WhyNoMapFits(Recording* recording) {
       !found.accels.empty() ? "gyroscope"
       : found.gyros.empty() ? "accelerometer and gyroscope"
                             : "accelerometer",
-      shown("The accelerometer is", found.accels), shown("The gyroscope is", found.gyros),
-      fmt::join(fields, ", "));
+      shown("The accelerometer is", found.accels), shown("The gyroscope is", found.gyros), fields);
 }
 
 }  // namespace trueline

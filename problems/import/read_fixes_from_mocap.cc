@@ -4,6 +4,7 @@
 
 #include "problems/common/app.h"
 #include "problems/common/error.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/log/csv_text.h"
 
 namespace trueline {
@@ -62,18 +63,23 @@ StraightsMap ReadStraights(const std::string& pattern, const YamlMap& map) {
   return straights;
 }
 
+void ReadSampler(const YamlMap& map, FixSamplerOptions* options) {
+  YamlArchive archive(map);
+  archive.Value("min_count", &options->min_count);
+  archive.Value("max_count", &options->max_count);
+  archive.Value("sigma_factor", &options->sigma_factor);
+  archive.Value("sigma_floor", &options->sigma_floor);
+  archive.Value("student_dof", &options->student_dof);
+  archive.Value("outlier_share", &options->outlier_share);
+  archive.Value("outlier_size", &options->outlier_size);
+  archive.Value("max_gap", &options->max_gap);
+}
+
 }  // namespace
 
 FixSamplerOptions ReadFixSamplerOptions(const YamlMap& map) {
   FixSamplerOptions options;
-  options.min_count = map.Get<int>("min_count", options.min_count);
-  options.max_count = map.Get<int>("max_count", options.max_count);
-  options.sigma_factor = map.Get<double>("sigma_factor", options.sigma_factor);
-  options.sigma_floor = map.Get<double>("sigma_floor", options.sigma_floor);
-  options.student_dof = map.Get<double>("student_dof", options.student_dof);
-  options.outlier_share = map.Get<double>("outlier_share", options.outlier_share);
-  options.outlier_size = map.Get<double>("outlier_size", options.outlier_size);
-  options.max_gap = map.Get<double>("max_gap", options.max_gap);
+  ReadSampler(map, &options);
   try {
     options.Check();
   } catch (const InputError& error) {
@@ -116,13 +122,6 @@ StraightBox ParseBoxCondition(const std::string& condition, const std::string& w
 
 namespace {
 
-template <class T>
-bool Override(T flag, T* option) {
-  if (flag < T{0}) return false;
-  *option = flag;
-  return true;
-}
-
 StraightsMap ParseStraights(const std::string& text) {
   StraightsMap straights;
   straights.pattern = "*";
@@ -139,22 +138,18 @@ StraightsMap ParseStraights(const std::string& text) {
 
 }  // namespace
 
-std::optional<FixesFromMocap> OverrideFixes(const ImportMap& map, const FixFlags& flags) {
+std::optional<FixesFromMocap> OverrideFixes(const ImportMap& map,
+                                            const std::map<std::string, double>& numbers,
+                                            const std::string& straights) {
   FixesFromMocap fixes = map.fixes_from_mocap.value_or(FixesFromMocap{});
-  FixSamplerOptions& sampler = fixes.sampler;
-  bool asked = Override(flags.min_count, &sampler.min_count);
-  asked |= Override(flags.max_count, &sampler.max_count);
-  asked |= Override(flags.sigma_factor, &sampler.sigma_factor);
-  asked |= Override(flags.sigma_floor, &sampler.sigma_floor);
-  asked |= Override(flags.student_dof, &sampler.student_dof);
-  asked |= Override(flags.outlier_share, &sampler.outlier_share);
-  asked |= Override(flags.outlier_size, &sampler.outlier_size);
-  if (!flags.straights.empty()) {
-    fixes.straights = {ParseStraights(flags.straights)};
-    asked = true;
+  YAML::Node given(YAML::NodeType::Map);
+  for (const auto& [key, number] : numbers) {
+    if (number >= 0.0) given[key] = fmt::format("{}", number);
   }
-  if (!asked) return map.fixes_from_mocap;
-  sampler.Check();
+  ReadSampler(YamlMap(given, "flags", ""), &fixes.sampler);
+  if (!straights.empty()) fixes.straights = {ParseStraights(straights)};
+  if (given.size() == 0 && straights.empty()) return map.fixes_from_mocap;
+  fixes.sampler.Check();
   if (map.streams.contains("fixes")) {
     throw InputError(map.file + " reads real fixes; flags of sampled ones don't go with it");
   }

@@ -16,22 +16,13 @@ FixSamplerOptions ReadFixSamplerOptions(const YamlMap& map);
 // A condition "low<x<high" on one axis of E as a box; `where` names its origin, for the error.
 StraightBox ParseBoxCondition(const std::string& condition, const std::string& where);
 
-// Settings of the fixes sampled from mocap; flags override those of the map.
-
-// Negative numbers and an empty text keep the map's values.
-struct FixFlags {
-  std::string straights;  // "auto", or conditions on axes of E with ';' between, all of which hold
-  int min_count = -1;
-  int max_count = -1;
-  double sigma_factor = -1.0;
-  double sigma_floor = -1.0;  // m
-  double student_dof = -1.0;
-  double outlier_share = -1.0;
-  double outlier_size = -1.0;  // m
-};
-
-// No value if neither the map nor a flag asks for sampled fixes. Throws InputError for an
-// impossible setting, or if the log has real fixes or no mocap.
-std::optional<FixesFromMocap> OverrideFixes(const ImportMap& map, const FixFlags& flags);
+// Settings of the fixes sampled from mocap; flags override those of the map: `numbers` by the keys
+// of FixSamplerOptions, of which a negative one keeps the map's, and `straights`: "auto", or
+// conditions on axes of E with ';' between, all of which hold. No value if neither the map nor a
+// flag asks for sampled fixes. Throws InputError for an impossible setting, or if the log has real
+// fixes or no mocap.
+std::optional<FixesFromMocap> OverrideFixes(const ImportMap& map,
+                                            const std::map<std::string, double>& numbers,
+                                            const std::string& straights);
 
 }  // namespace trueline

@@ -29,13 +29,11 @@ struct Counted {
 
 std::string Wanted(const StreamMap& stream) {
   std::vector<std::string> names;
-  const auto add = [&names](const StreamMap& one) {
+  for (const StreamMap& one : stream.Alternatives()) {
     if (!one.type.empty()) names.push_back("type " + one.type);
     names.insert(names.end(), one.channels.begin(), one.channels.end());
     names.insert(names.end(), one.with.begin(), one.with.end());
-  };
-  add(stream);
-  for (const StreamMap& other : stream.otherwise) add(other);
+  }
   std::sort(names.begin(), names.end());
   names.erase(std::unique(names.begin(), names.end()), names.end());
   return fmt::format("{}", fmt::join(names, ", "));

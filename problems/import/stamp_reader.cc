@@ -84,6 +84,16 @@ bool AnyOverlap(const std::vector<ClockPart>& parts) {
   return false;
 }
 
+double CoveredBy(std::vector<TimeNs> stamps) {
+  constexpr double kLongGap = 2.0;  // s
+  std::sort(stamps.begin(), stamps.end());
+  double covered = 0.0;
+  for (std::size_t i = 1; i < stamps.size(); ++i) {
+    covered += std::min(kLongGap, ToSeconds(stamps[i]) - ToSeconds(stamps[i - 1]));
+  }
+  return covered;
+}
+
 namespace {
 
 struct Counter {

@@ -37,6 +37,9 @@ std::vector<ClockPart> PartsByClock(const std::vector<TimeNs>& stamps,
 // Whether parts have the same times, by more than rows out of order explain.
 bool AnyOverlap(const std::vector<ClockPart>& parts);
 
+// s, the sum of the gaps between stamps, of which one longer than 2 s counts for no more.
+double CoveredBy(std::vector<TimeNs> stamps);
+
 // Counters of 16 or 32 bits that start again from zero while a log goes on.
 class WrappedClock {
  public:

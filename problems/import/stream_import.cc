@@ -225,22 +225,33 @@ struct TimedPlace {
 std::vector<bool> StraysOf(const std::vector<TimedPlace>& places) {
   constexpr double kFastest = 1000.0;  // m/s
   std::vector<bool> strays(places.size(), false);
-  const auto judge = [&](std::size_t i, const TimedPlace* near) {
-    if (near == nullptr || places[i].is_near) return;
-    const double seconds = std::abs(SecondsBetween(near->t, places[i].t));
-    if ((places[i].p_E - near->p_E).norm() > kFastest * seconds) strays[i] = true;
-  };
-  const TimedPlace* near = nullptr;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (places[i].is_near) near = &places[i];
-    judge(i, near);
-  }
-  near = nullptr;
-  for (std::size_t i = places.size(); i-- > 0;) {
-    if (places[i].is_near) near = &places[i];
-    judge(i, near);
+  for (const bool backwards : {false, true}) {
+    const TimedPlace* near = nullptr;
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const std::size_t i = backwards ? places.size() - 1 - k : k;
+      const TimedPlace& place = places[i];
+      if (place.is_near) near = &place;
+      if (near == nullptr) continue;
+      const double seconds = std::abs(SecondsBetween(near->t, place.t));
+      if ((place.p_E - near->p_E).norm() > kFastest * seconds) strays[i] = true;
+    }
   }
   return strays;
+}
+
+// Keeps the samples i of which keep(i) holds. Returns how many are removed.
+template <class Sample, class Keep>
+std::size_t KeepOnly(const Keep& keep, std::vector<Sample>* samples) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < samples->size(); ++i) {
+    if (!keep(i)) continue;
+    // Numbers moved to themselves would be lost.
+    if (kept != i) (*samples)[kept] = std::move((*samples)[i]);
+    ++kept;
+  }
+  const std::size_t removed = samples->size() - kept;
+  samples->resize(kept);
+  return removed;
 }
 
 // The text "stream: rows left out: 3 of a kind, 5 of another".
@@ -278,17 +289,6 @@ std::size_t Sort(std::vector<Sample>* samples) {
     return std::abs(static_cast<double>(s.t) - middle) > static_cast<double>(kDay);
   });
   return before - samples->size();
-}
-
-// The sum of the gaps between stamps, of which a long one counts for no more than kLongGap.
-double CoveredBy(std::vector<TimeNs> stamps) {
-  constexpr double kLongGap = 2.0;  // s
-  std::sort(stamps.begin(), stamps.end());
-  double covered = 0.0;
-  for (std::size_t i = 1; i < stamps.size(); ++i) {
-    covered += std::min(kLongGap, ToSeconds(stamps[i]) - ToSeconds(stamps[i - 1]));
-  }
-  return covered;
 }
 
 template <class Sample>
@@ -376,14 +376,7 @@ class SampleImport : public StreamImport {
     std::vector<bool> mask = map_.filter.MedianMask();
     const auto off_median = static_cast<std::size_t>(std::count(mask.begin(), mask.end(), false));
     mask.resize(samples_->size(), true);
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < mask.size(); ++i) {
-      if (!mask[i] || !IsKept(i)) continue;
-      // Numbers moved to themselves would be lost.
-      if (kept != i) (*samples_)[kept] = std::move((*samples_)[i]);
-      ++kept;
-    }
-    samples_->resize(kept);
+    KeepOnly([&](std::size_t i) { return mask[i] && IsKept(i); }, samples_);
     const std::size_t all = places_.size();
     places_ = {};
     const bool sort = map_.unsorted == Unsorted::kSort;
@@ -495,14 +488,7 @@ class SampleImport : public StreamImport {
       places.push_back({sample.t, frame_->ToNed(position), frame_->IsNear(position)});
     }
     const std::vector<bool> strays = StraysOf(places);
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < strays.size(); ++i) {
-      if (strays[i]) continue;
-      if (kept != i) (*samples_)[kept] = std::move((*samples_)[i]);
-      ++kept;
-    }
-    samples_->resize(kept);
-    return strays.size() - kept;
+    return KeepOnly([&](std::size_t i) { return !strays[i]; }, samples_);
   }
 
   // --- Rows that can't become samples

@@ -8,6 +8,7 @@
 #include "problems/inspection/clear.h"
 #include "problems/inspection/examination.h"
 #include "problems/inspection/motion.h"
+#include "problems/inspection/position_witness.h"
 #include "problems/log/attitude_cursor.h"
 
 namespace trueline {
@@ -20,7 +21,7 @@ constexpr double kOrdinaryLag = 0.004;      // s
 std::optional<VectorMatch> MocapAgainstForce(const FlightLog& log) {
   if (log.mocap.empty() || log.attitude.empty()) return std::nullopt;
   const auto bends = BendsOf(PositionsOf(log.mocap), LogClock(log), kBendWidth, kMostPairs);
-  return MatchVectors(AccelerationPairs(ForceIntegral(log, log.attitude), bends), kWithin);
+  return MatchBends(log, log.attitude, bends, kWithin);
 }
 
 // Mocap of positions alone has the logged attitude in place of one of its own.

@@ -113,8 +113,7 @@ Finding TurnFinding(const Examination& e, const RateWitness& witness, const std:
           .size = size,
           .unit = "deg",
           .error = 2.0 * e.log.gravity * std::sin(0.5 * size * kDegree),
-          .sigma = std::sqrt(witness.match.turn_cov.trace()) / kDegree,
-          .repaired = true};
+          .sigma = std::sqrt(witness.match.turn_cov.trace()) / kDegree};
 }
 
 void TurnGyro(Examination* e, const RateWitness& witness, const std::string& why) {
@@ -129,8 +128,7 @@ void TurnGyro(Examination* e, const RateWitness& witness, const std::string& why
   StreamRepair change{.gyro = repair};
   // Of the same chip, unless gravity contradicts; CheckAccelerometer() looks whether that is so.
   if (StaysUpright(*e, repair)) change.accel = repair;
-  e->Repair("imu", change);
-  e->Add(finding);
+  e->AddRepaired(finding, change);
 }
 
 void TurnAttitude(Examination* e, const RateWitness& witness, const std::string& why) {
@@ -142,15 +140,7 @@ void TurnAttitude(Examination* e, const RateWitness& witness, const std::string&
       "gyroscope to a correlation of {:.3f}, as read to {:.3f}; {}",
       witness.stream, AxesText(repair), witness.match.correlation, witness.match.unturned, why);
   finding.remedy = "state the body axes of that stream so";
-  e->Repair(witness.stream, {.body = repair});
-  e->Add(finding);
-}
-
-// Whether the ratio of sizes is off by more than noise in either stream explains.
-bool IsOff(const VectorMatch& match) {
-  const double least =
-      std::abs(std::log(match.gain)) + std::log(match.correlation) - kShown * match.gain_sigma;
-  return least > 0.0 && std::abs(match.gain - 1.0) > kOtherScale;
+  e->AddRepaired(finding, {.body = repair});
 }
 
 // The unit that the gyroscope's readings are in. Noise of the attitude's rates makes the ratio of
@@ -164,11 +154,10 @@ const KnownUnit* UnitOfRates(const VectorMatch& match) {
 // changes fast turns, a scale changes slow ones as well.
 bool IsScaled(const Examination& e, const RateWitness& witness) {
   const VectorMatch& match = witness.match;
-  if (!IsOff(match)) return false;
+  if (!HasOtherScale(match)) return false;
   if (UnitOfRates(match) == nullptr && match.correlation < kGood) return false;
   const auto slow = MatchLongTurns(e, witness.stream);
-  return slow && IsOff(*slow) &&
-         std::abs(slow->gain - match.gain) <= 0.3 * std::abs(match.gain - 1.0);
+  return slow && HasSameScale(*slow, match);
 }
 
 std::vector<AttitudeSample> WithTiltScaled(std::vector<AttitudeSample> attitude, double factor) {
@@ -217,9 +206,7 @@ void AddGyroScale(Examination* e, const RateWitness& by) {
   if (unit != nullptr) finding.level = Level::kFatal;
   finding.remedy = fmt::format("multiply its readings by {:.6g}{}; check the unit and range",
                                factor, UnitText(unit));
-  finding.repaired = true;
-  e->Repair("imu", {.gyro_scale = factor});
-  e->Add(finding);
+  e->AddRepaired(finding, {.gyro_scale = factor});
 }
 
 void AddAttitudeScale(Examination* e, const RateWitness& of, const std::string& why) {
@@ -253,7 +240,7 @@ void JudgeLoneScale(Examination* e, const RateWitness& witness) {
 
 // Whether the rates agree well enough to tell that the gyroscope reads them right.
 bool IsSound(const VectorMatch& match) {
-  return !IsOff(match) && match.correlation > kSound && match.gain_sigma < kOtherScale;
+  return !HasOtherScale(match) && match.correlation > kSound && match.gain_sigma < kOtherScale;
 }
 
 void CheckGain(Examination* e) {

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "problems/import/stamp_reader.h"
 #include "problems/inspection/clear.h"
 #include "problems/inspection/examination.h"
 #include "problems/log/imu_health.h"
@@ -12,7 +13,6 @@ namespace {
 constexpr double kLeastOverlap = 8.0;  // s
 constexpr double kAlikeSpan = 0.4;     // of the logarithm of a ratio of spans
 constexpr double kPoseCover = 0.5;     // the same of poses: cameras see a part of a flight
-constexpr double kLongestStep = 2.0;   // s, that a sample covers
 
 std::string SpanOf(TimeNs origin, TimeNs from, TimeNs to) {
   return fmt::format("{:.1f} to {:.1f} s", SecondsBetween(origin, from),
@@ -42,17 +42,6 @@ bool CheckStreamCover(const std::vector<Sample>& samples, const char* name, Exam
   return true;
 }
 
-// s, within the IMU's time: the steps between samples, of which a gap counts as kLongestStep.
-template <class Sample>
-double SecondsCovered(const std::vector<Sample>& samples, TimeNs begin, TimeNs end) {
-  double covered = 0.0;
-  for (std::size_t i = 1; i < samples.size(); ++i) {
-    if (samples[i - 1].t < begin || samples[i].t > end) continue;
-    covered += std::min(kLongestStep, SecondsBetween(samples[i - 1].t, samples[i].t));
-  }
-  return covered;
-}
-
 // The reverse: the share of the IMU's time that a stream covers. Rest before and after the flight
 // is no reason to log less of either; fixes come in passes and are not judged.
 template <class Sample>
@@ -62,7 +51,11 @@ void CheckImuCover(const std::vector<Sample>& samples, const char* name, double 
   const TimeNs begin = e->log.imu.front().t, end = e->log.imu.back().t;
   const double span = SecondsBetween(begin, end);
   if (span < kLeastOverlap) return;
-  const double covered = SecondsCovered(samples, begin, end);
+  std::vector<TimeNs> inside;
+  for (const Sample& sample : samples) {
+    if (sample.t >= begin && sample.t <= end) inside.push_back(sample.t);
+  }
+  const double covered = CoveredBy(inside);
   if (covered >= least * span) return;
   const bool attitude = std::string(name) == "attitude";
   const bool biases = attitude && covered < (1.0 - kCovers) * span;

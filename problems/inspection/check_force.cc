@@ -99,14 +99,11 @@ void CheckForce(Examination* e) {
       "log the specific force in the body's axes, or state the `attitude` beside the columns of "
       "`accel` (and `gravity: removed`, `axes: body`)";
   const auto source = e->sources.find(by);
-  finding.repaired = source != e->sources.end() && source->second.is_beside_imu;
-  if (finding.repaired) {
-    e->Repair("imu", {.accel_scale = meaning.scale,
-                      .force_by = by,
-                      .force_in_earth = meaning.in_earth,
-                      .gravity_removed = meaning.gravity_removed});
-  }
-  e->Add(finding);
+  if (source == e->sources.end() || !source->second.is_beside_imu) return e->Add(finding);
+  e->AddRepaired(finding, {.accel_scale = meaning.scale,
+                           .force_by = by,
+                           .force_in_earth = meaning.in_earth,
+                           .gravity_removed = meaning.gravity_removed});
 }
 
 }  // namespace trueline

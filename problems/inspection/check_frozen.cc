@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <type_traits>
+#include <iterator>
 
 #include "problems/common/units.h"
 #include "problems/inspection/examination.h"
@@ -12,36 +12,26 @@ namespace {
 constexpr double kMovingTurn = 0.2;   // rad, of a vehicle that is not at rest
 constexpr double kMovingRate = 0.15;  // rad/s, on average; more than the noise of a gyroscope
 
-// rad, all turns within the stretch added up.
-double TurnOfGyro(const FlightLog& log, const FrozenStretch& frozen) {
-  double turn = 0.0;
-  for (std::size_t i = 1; i < log.imu.size(); ++i) {
-    if (log.imu[i].t < frozen.from || log.imu[i].t > frozen.until) continue;
-    turn += log.imu[i].gyro.norm() * SecondsBetween(log.imu[i - 1].t, log.imu[i].t);
-  }
-  return turn;
-}
-
-double TurnOfAttitude(const FlightLog& log, const FrozenStretch& frozen) {
+double TurnOfAttitude(const FlightLog& log, const Stretch& frozen) {
   double turn = 0.0;
   for (std::size_t i = 1; i < log.attitude.size(); ++i) {
-    if (log.attitude[i].t < frozen.from || log.attitude[i].t > frozen.until) continue;
+    if (!frozen.Holds(log.attitude[i].t)) continue;
     turn += log.attitude[i - 1].q_Ep_I.angularDistance(log.attitude[i].q_Ep_I);
   }
   return turn;
 }
 
 // s, of a stretch in which the vehicle turns by `turn`; zero for one that may be at rest.
-double SecondsMoving(const FrozenStretch& frozen, double turn) {
-  const double seconds = SecondsBetween(frozen.from, frozen.until);
+double SecondsMoving(const Stretch& frozen, double turn) {
+  const double seconds = frozen.Seconds();
   return turn >= std::max(kMovingTurn, kMovingRate * seconds) ? seconds : 0.0;
 }
 
 // Names the longest stretch in which the vehicle moves.
-void Judge(const std::string& stream, const std::vector<FrozenStretch>& stretches, Examination* e) {
+void Judge(const std::string& stream, const std::vector<Stretch>& stretches, Examination* e) {
   const bool imu = stream == "imu";
   Finding finding{"stuck", stream, Level::kBiases, 0.0, "s"};
-  for (const FrozenStretch& frozen : stretches) {
+  for (const Stretch& frozen : stretches) {
     const double turn = imu ? TurnOfAttitude(e->log, frozen) : TurnOfGyro(e->log, frozen);
     const double seconds = SecondsMoving(frozen, turn);
     if (seconds <= finding.size) continue;
@@ -119,21 +109,28 @@ void JudgeDead(const std::string& stream, const std::string& columns, Examinatio
 
 }  // namespace
 
-bool TurnsMeanwhile(const FlightLog& log, const FrozenStretch& frozen) {
+double TurnOfGyro(const FlightLog& log, const Stretch& stretch) {
+  const auto earlier = [](const ImuSample& sample, TimeNs t) { return sample.t < t; };
+  auto sample = std::lower_bound(log.imu.begin(), log.imu.end(), stretch.from, earlier);
+  if (sample == log.imu.begin() && !log.imu.empty()) ++sample;
+  double turn = 0.0;
+  for (; sample != log.imu.end() && sample->t <= stretch.until; ++sample) {
+    turn += sample->gyro.norm() * SecondsBetween(std::prev(sample)->t, sample->t);
+  }
+  return turn;
+}
+
+bool TurnsMeanwhile(const FlightLog& log, const Stretch& frozen) {
   return SecondsMoving(frozen, TurnOfGyro(log, frozen)) > 0.0;
 }
 
 // Of poses see lost_track.h.
 void CheckFrozen(Examination* e) {
   ForEachStream(e->log, [&](const Stream& stream, const auto& samples) {
-    using Sample = std::remove_cvref_t<decltype(samples.front())>;
-    if constexpr (std::is_same_v<Sample, ImuSample> || std::is_same_v<Sample, AttitudeSample> ||
-                  std::is_same_v<Sample, PoseSample> || std::is_same_v<Sample, Fix>) {
-      for (const std::string& dead : FindDead(stream, samples)) JudgeDead(stream.name, dead, e);
-    }
-    if constexpr (std::is_same_v<Sample, ImuSample> || std::is_same_v<Sample, AttitudeSample>) {
-      Judge(stream.name, FindFrozen(stream, samples), e);
-    }
+    const StreamColumns columns = ColumnsOf(stream, samples);
+    const std::string name = stream.name;
+    for (const std::string& dead : FindDead(columns)) JudgeDead(name, dead, e);
+    if (name == "imu" || name == "attitude") Judge(name, FindFrozen(columns), e);
   });
 }
 

@@ -59,12 +59,10 @@ void AddOffset(Examination* e, const std::string& stream, const HeadingPair& pai
   const double angle = is_quarter ? quarter : heading.angle;
   finding.remedy =
       fmt::format("turn the attitude's earth by {:+.1f} deg about down", angle / kDegree);
-  finding.repaired = true;
   const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::UnitZ());
   const StreamRepair change{.earth = turn.toRotationMatrix()};
-  e->Repair("attitude", change);
   for (const std::string& copy : e->copies) e->Repair(copy, change);
-  e->Add(finding);
+  e->AddRepaired(finding, change);
 }
 
 // The headings of both halves of a flight by `shape` times one size: the best size, and chi square.

@@ -118,12 +118,6 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
   AddPositionAxes(e, turn, finding);
 }
 
-bool IsOffScale(const VectorMatch& match) {
-  const double least = std::abs(std::log(match.gain)) + std::log(match.correlation) -
-                       kShown * match.gain_sigma / match.gain;
-  return least > 0.0 && std::abs(match.gain - 1.0) > kOtherScale;
-}
-
 // Against the accelerometer, over bends `wider` times as wide as usual.
 std::optional<PositionScale> ScaleByForce(const Examination& e, const std::string& stream,
                                           double wider) {
@@ -134,9 +128,8 @@ std::optional<PositionScale> ScaleByForce(const Examination& e, const std::strin
   if (!scale) return std::nullopt;
   const double rms = RmsAcceleration(witness->bends);
   // A tilt of the attitude that changes with the acceleration looks like a scale as well.
-  const bool own = witness->of_attitude != "attitude" && !e.IsCopy(witness->of_attitude);
-  const double tilt =
-      (own ? kTiltOfPose : kTiltOfAhrs) * e.log.gravity * scale->value / rms;  // of 1
+  const double tilt = (IsOfAhrs(e, *witness) ? kTiltOfAhrs : kTiltOfPose) * e.log.gravity *
+                      scale->value / rms;  // of 1
   scale->sigma = std::hypot(scale->sigma, tilt * scale->value);
   return scale;
 }
@@ -153,12 +146,11 @@ std::optional<VectorMatch> Rescaled(const Examination& e, const std::string& str
 
 void AddPositionScale(Examination* e, const std::string& stream, const VectorMatch& match,
                       const Reference& reference) {
-  if (!IsOffScale(match)) return;
+  if (!HasOtherScale(match)) return;
   // A smoothed position has less of the fast motion; a scale changes the slow one as well.
   const bool by_force = !IsMocap(reference);
   const auto slow = by_force ? Rescaled(*e, stream, match, 2.0) : std::optional(match);
-  if (!slow || !IsOffScale(*slow)) return;
-  if (std::abs(slow->gain - match.gain) > 0.3 * std::abs(match.gain - 1.0)) return;
+  if (!slow || !HasSameScale(*slow, match)) return;
   if (!IsConfirmed(*e, reference, {.position_scale = 1.0 / match.gain})) return;
   const double error = match.seen_rms * std::abs(match.gain - 1.0);
   Finding finding{"position_scale", stream, Level::kBiases, match.gain, "1", error,
@@ -179,9 +171,7 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
   const double factor = unit != nullptr ? unit->factor : 1.0 / match.gain;
   finding.remedy =
       fmt::format("multiply the positions by {:.6g}{}; check the unit", factor, UnitText(unit));
-  finding.repaired = true;
-  e->Repair(stream, {.position_scale = factor});
-  e->Add(finding);
+  e->AddRepaired(finding, {.position_scale = factor});
 }
 
 void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, double reach,
@@ -236,9 +226,7 @@ void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding findin
   finding.size = TurnSize(turn);
   finding.unit = "deg";
   finding.remedy = "state the earth axes of the positions so (position: {earth: ...})";
-  finding.repaired = true;
-  e->Repair(finding.stream, {.position = turn.transpose()});
-  e->Add(std::move(finding));
+  e->AddRepaired(std::move(finding), {.position = turn.transpose()});
 }
 
 void CheckPositions(Examination* e) {

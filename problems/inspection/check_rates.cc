@@ -182,9 +182,7 @@ void RepairForm(Examination* e, const std::string& stream, const FormTrial& as_r
   finding.remedy = angles
                        ? "state `order` and `scale` of `euler` so"
                        : "give the columns in their order (and `inverse: true` where it says so)";
-  finding.repaired = true;
-  e->Repair(stream, best.form.repair);
-  e->Add(finding);
+  e->AddRepaired(finding, best.form.repair);
 }
 
 void AddClock(Examination* e, const std::string& stream, const VectorMatch& match) {
@@ -402,9 +400,7 @@ void AddClockOffset(Examination* e, double lag, Finding finding) {
   finding.size = lag;
   finding.unit = "s";
   finding.remedy = fmt::format("add {:+.3f} s to its stamps (time: offset)", -lag);
-  finding.repaired = true;
-  e->Repair(finding.stream, {.time_offset = -lag});
-  e->Add(std::move(finding));
+  e->AddRepaired(std::move(finding), {.time_offset = -lag});
 }
 
 void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch& match,

@@ -138,9 +138,7 @@ void AddOrder(Examination* e, const RotorLayout& layout, const Order& as_read,
     return;
   }
   finding.remedy = "give the columns in that order";
-  finding.repaired = true;
-  e->Repair(layout.stream, {.order = best.channel});
-  e->Add(finding);
+  e->AddRepaired(finding, {.order = best.channel});
 }
 
 // Whether all rotors turn the body against their stated spins, in every part of the flight.
@@ -295,9 +293,8 @@ void CheckThrust(Examination* e) {
   finding.remedy = rpm    ? "state `unit: rpm` for the rotors"
                    : unit ? "multiply the speeds by 2 pi (`scale: 6.2831853`)"
                           : "check k_f of the rotors, the mass and the unit of the speeds (rad/s)";
-  finding.repaired = unit;
-  if (unit) e->Repair("rotors", {.channel_scale = rpm ? kRpm : 2.0 * M_PI});
-  e->Add(finding);
+  if (!unit) return e->Add(finding);
+  e->AddRepaired(finding, {.channel_scale = rpm ? kRpm : 2.0 * M_PI});
 }
 
 }  // namespace

@@ -22,17 +22,19 @@ constexpr double kAlong = 0.85;     // cosine of a direction that is along an ax
 constexpr double kLeastLean = 60.0 * kDegree;
 constexpr double kErrorOfMean = 0.02;  // of gravity, by the mean force
 
-// Mean specific force (m/s^2) over the calm parts, each sample turned by `turn`, which returns
-// false where it knows none; zero where there are too few.
-template <class Turn>
-Eigen::Vector3d CalmForce(const FlightLog& log, const Turn& turn) {
+// Mean specific force (m/s^2) over the calm parts, in the body or, by an attitude, in its earth;
+// zero where there are too few.
+Eigen::Vector3d CalmForce(const FlightLog& log, const std::vector<AttitudeSample>* attitude) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  if (attitude != nullptr && attitude->empty()) return sum;
+  std::optional<AttitudeCursor> cursor;
+  if (attitude != nullptr) cursor.emplace(*attitude);
   double calm = 0.0, n = 0.0;
   for (std::size_t i = 1; i < log.imu.size(); ++i) {
     const ImuSample& s = log.imu[i];
     if (s.gyro.norm() > kCalmRate || std::abs(s.accel.norm() - log.gravity) > kCalmForce) continue;
     Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
-    if (!turn(s.t, &q)) continue;
+    if (cursor && !cursor->At(s.t, kAttitudeGap, &q)) continue;
     calm += std::min(0.1, SecondsBetween(log.imu[i - 1].t, s.t));
     sum += q * s.accel;
     n += 1.0;
@@ -40,16 +42,9 @@ Eigen::Vector3d CalmForce(const FlightLog& log, const Turn& turn) {
   return calm < kLeastCalm ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(sum / n);
 }
 
-Eigen::Vector3d CalmForceInBody(const FlightLog& log) {
-  return CalmForce(log, [](TimeNs, Eigen::Quaterniond*) { return true; });
-}
-
-Eigen::Vector3d CalmForceInEarth(const FlightLog& log,
-                                 const std::vector<AttitudeSample>& attitude) {
-  if (attitude.empty()) return Eigen::Vector3d::Zero();
-  AttitudeCursor cursor(attitude);
-  return CalmForce(log,
-                   [&](TimeNs t, Eigen::Quaterniond* q) { return cursor.At(t, kAttitudeGap, q); });
+Eigen::Vector3d ForceBy(const Examination& e, const std::string& stream) {
+  const std::vector<AttitudeSample> attitude = AttitudesOf(e.fixed, stream);
+  return CalmForce(e.fixed, &attitude);
 }
 
 // The mean force in earth is gravity, in the unit of the readings. Where gravity is taken out it is
@@ -118,7 +113,7 @@ bool IsUprightByAttitude(const Examination& e) {
 }
 
 void CheckBodyUp(Examination* e) {
-  const Eigen::Vector3d force = CalmForceInBody(e->fixed);
+  const Eigen::Vector3d force = CalmForce(e->fixed, nullptr);
   if (force.norm() < 0.5 * e->log.gravity) return;
   const double lean = LeanOf(force);
   if (lean < kLeastLean) return;
@@ -143,14 +138,8 @@ void CheckBodyUp(Examination* e) {
   finding.remedy = force.z() > kAlong * force.norm()
                        ? "state `body: FLU` if its x axis points forward"
                        : "state `body` as in the corrected map, and check which axis is forward";
-  finding.repaired = true;
-  e->Repair("imu", {.accel = repair, .gyro = repair});
   for (const RateWitness& witness : e->rates) e->Repair(witness.stream, {.body = repair});
-  e->Add(finding);
-}
-
-Eigen::Vector3d ForceBy(const Examination& e, const std::string& stream) {
-  return CalmForceInEarth(e.fixed, AttitudesOf(e.fixed, stream));
+  e->AddRepaired(finding, {.accel = repair, .gyro = repair});
 }
 
 // Whether the specific force, turned to earth by a stream, points along +z.
@@ -163,16 +152,6 @@ std::vector<AttitudeSample> WithEarthUp(std::vector<AttitudeSample> attitude) {
   const Eigen::Quaterniond flip(0.0, 1.0, 0.0, 0.0);
   for (AttitudeSample& sample : attitude) sample.q_Ep_I = flip * sample.q_Ep_I;
   return attitude;
-}
-
-// m/s^2, rms that an earth with z up leaves, at the best heading of the positions.
-double ResidualOfEarthUp(const Examination& e, PositionWitness witness) {
-  witness.attitude = WithEarthUp(witness.attitude);
-  const auto match = MatchBends(e, witness.attitude, witness.bends);
-  if (!match) return 0.0;
-  TurnBends(match->turn.transpose(), &witness.bends);
-  return ForceResidual(BodyForce(e.fixed, witness.attitude), witness.bends,
-                       Eigen::Matrix3d::Identity());
 }
 
 // The accelerometer with z reversed and some x and y, by changes of velocity between passes.
@@ -210,7 +189,10 @@ bool IsAccelerometerReversed(Examination* e) {
     if (!witness) continue;
     const auto fit = FitForce(BodyForce(e->fixed, witness->attitude), witness->bends, {});
     // CheckAccelerometer() then finds the axes.
-    if (fit) return fit->residual < kMuchLess * ResidualOfEarthUp(*e, *witness);
+    if (!fit) continue;
+    const double up =
+        ResidualOfTurnedBends(e->fixed, WithEarthUp(witness->attitude), witness->bends);
+    return fit->residual < kMuchLess * up;
   }
   const auto reversed = ReversedByPasses(*e);
   if (reversed) AddReversed(e, *reversed);
@@ -226,15 +208,13 @@ void CheckEarthUp(Examination* e, const RateWitness& witness) {
       witness.stream, ForceBy(*e, witness.stream).z());
   finding.remedy =
       "state `earth: NWU` (or ENU, which differs by a quarter turn of heading) for the stream";
-  finding.repaired = true;
   // Position and attitude of a pose have one earth, unless the attitude is that of another stream;
   // CheckPositions() contradicts where the accelerometer does.
   const Eigen::Matrix3d flip = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
   const bool of_other = e->IsCopy(witness.stream) && !IsIdentity(e->RepairOf("attitude").earth);
-  e->Repair(
-      witness.stream,
-      {.earth = flip, .position = of_other ? Eigen::Matrix3d(Eigen::Matrix3d::Identity()) : flip});
-  e->Add(finding);
+  StreamRepair change{.earth = flip};
+  if (!of_other) change.position = flip;
+  e->AddRepaired(finding, change);
 }
 
 // Degrees between up and the mean specific force in calm flight, by the repaired attitude of a

@@ -57,6 +57,8 @@ struct Examination {
   // Adds to what is repaired in a stream; `repaired` holds the change alone.
   void Repair(const std::string& stream, const StreamRepair& change);
   void Add(Finding finding) { result.findings.push_back(std::move(finding)); }
+  // The finding, with the change of its stream that repairs it.
+  void AddRepaired(Finding finding, const StreamRepair& change);
 };
 
 // The attitudes of a stream of the repaired log: attitude, mocap or pose.

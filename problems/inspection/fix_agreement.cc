@@ -175,9 +175,7 @@ bool BringsFixesToMocap(const Examination& e, const std::vector<Fix>& before,
 bool BringsFixesToMocap(const Examination& e, const StreamRepair& change) {
   FlightLog changed;
   changed.fixes = e.fixed.fixes;
-  Repairs alone;
-  alone.streams["fixes"] = change;
-  ApplyRepairs(alone, e.sources, &changed);
+  ApplyRepair("fixes", change, e.sources, &changed);
   return BringsFixesToMocap(e, e.fixed.fixes, changed.fixes);
 }
 

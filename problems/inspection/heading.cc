@@ -22,7 +22,6 @@ using Complex = std::complex<double>;  // north + i east
 
 constexpr double kLeastFit = 0.5;      // of the changes' square that is explained
 constexpr double kGainStep = 1.4;      // from one gain that is tried to the next
-constexpr double kForceScale = 0.05;   // prior sigma of |c|
 constexpr double kSteadyForce = 0.15;  // m/s^2, prior sigma of b, each axis
 constexpr double kLeastNoise = 0.03;   // m/s, of a change of velocity
 constexpr double kPathStep = 0.05;     // s
@@ -202,7 +201,7 @@ double LeftAtAngle(const ArcSums& sums, double noise, double angle) {
   turn.bottomRightCorner<4, 4>().setIdentity();
   const auto weight = [&](double sigma) { return noise * noise / (sigma * sigma); };
   Vector5 weights;
-  weights << weight(kForceScale), Eigen::Vector2d::Constant(weight(kSteadyForce)),
+  weights << weight(kOtherScale), Eigen::Vector2d::Constant(weight(kSteadyForce)),
       Eigen::Vector2d::Constant(weight(kBodyBias));
   Eigen::Matrix<double, 5, 5> a = turn.transpose() * sums.a * turn;
   a.diagonal() += weights;
@@ -337,10 +336,10 @@ std::optional<Heading> HeadingOf(const FlightLog& log, const std::string& stream
                              double step) {
     return HeadingBySpans(SpansOfStream(log, positions, integrals, length, step), gain_sigma);
   };
-  if (stream == "mocap") return of_stream(PositionsOf(log.mocap), 0.4, 1.0);
+  if (stream == "mocap") return of_stream(PositionsOf(log, stream), 0.4, 1.0);
   const std::vector<Span> of_passes = SpansOfPasses(log, integrals);
   if (ArcsOf(of_passes).size() >= kLeastArcs) return HeadingBySpans(of_passes, gain_sigma);
-  return of_stream(PositionsOf(log.fixes), 2.0, 2.0);
+  return of_stream(PositionsOf(log, stream), 2.0, 2.0);
 }
 
 std::optional<TurnedForce> BestLateralTurn(const FlightLog& log, const std::string& stream,

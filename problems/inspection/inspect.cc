@@ -5,13 +5,13 @@
 #include <cmath>
 
 #include "problems/common/units.h"
+#include "problems/inspection/clear.h"
 #include "problems/inspection/examination.h"
 #include "problems/log/imu_health.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kAlikeUnit = 0.05;  // of the logarithm of a factor
 constexpr double kMetresOfFoot = 0.3048;
 
 constexpr auto kReadAsSi = std::to_array<KnownUnit>({
@@ -91,14 +91,18 @@ StreamRepair Examination::RepairOf(const std::string& stream) const {
 
 void Examination::Repair(const std::string& stream, const StreamRepair& change) {
   Combine(change, &result.repairs.streams[stream]);
-  Repairs alone;
-  alone.streams[stream] = change;
-  ApplyRepairs(alone, sources, &fixed);
+  ApplyRepair(stream, change, sources, &fixed);
+}
+
+void Examination::AddRepaired(Finding finding, const StreamRepair& change) {
+  finding.repaired = true;
+  Repair(finding.stream, change);
+  Add(std::move(finding));
 }
 
 const KnownUnit* UnitNear(const std::string& si, double factor, double error) {
   const KnownUnit* nearest = nullptr;
-  double least = kAlikeUnit + error;
+  double least = kOtherScale + error;
   for (const KnownUnit& unit : kReadAsSi) {
     const double off = std::abs(std::log(factor / unit.factor));
     if (si != unit.si || !(off < least)) continue;

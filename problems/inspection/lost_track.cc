@@ -23,31 +23,6 @@ constexpr double kUsualStep = 0.9;             // quantile of the stream's own s
 constexpr double kFar = 3.0;                   // times those
 constexpr double kLeastFlip = 30.0 * kDegree;  // beside the gyroscope's turn
 
-template <class Sample>
-std::vector<LostStretch> ZerosOf(const std::vector<Sample>& samples) {
-  std::vector<LostStretch> zeros;
-  for (std::size_t begin = 0; begin < samples.size();) {
-    std::size_t end = begin;
-    while (end < samples.size() && samples[end].p_E.isZero(0.0)) ++end;
-    const auto is_far = [&](std::size_t i) { return samples[i].p_E.norm() > kFarFromZero; };
-    const bool jumps = (begin == 0 || is_far(begin - 1)) && (end == samples.size() || is_far(end));
-    // A single one at an end may be the origin of the positions.
-    const bool at_end = begin == 0 || end == samples.size();
-    if (end - begin > (at_end ? 1 : 0) && jumps && end - begin < samples.size()) {
-      zeros.push_back({samples[begin].t, samples[end - 1].t});
-    }
-    begin = std::max(end, begin + 1);
-  }
-  return zeros;
-}
-
-template <class Sample>
-bool IsLost(const std::vector<LostStretch>& stretches, const Sample& sample) {
-  return std::any_of(stretches.begin(), stretches.end(), [&](const LostStretch& stretch) {
-    return sample.t >= stretch.from && sample.t <= stretch.until;
-  });
-}
-
 // Rows first to last - 1 have one position.
 struct HeldRun {
   std::size_t first = 0, last = 0;
@@ -56,21 +31,37 @@ struct HeldRun {
 template <class Sample>
 std::vector<HeldRun> HeldRuns(const std::vector<Sample>& samples) {
   std::vector<HeldRun> runs;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (i > 0 && samples[i].p_E == samples[i - 1].p_E) {
-      runs.back().last = i + 1;
-    } else {
-      runs.push_back({i, i + 1});
+  ForEachRun(
+      samples.size(),
+      [&](std::size_t i, std::size_t k) { return samples[i].p_E == samples[k].p_E; },
+      [&](std::size_t first, std::size_t last) {
+        runs.push_back({first, last});
+      });
+  return runs;
+}
+
+template <class Sample>
+std::vector<Stretch> ZerosOf(const std::vector<Sample>& samples) {
+  std::vector<Stretch> zeros;
+  const auto is_far = [&](std::size_t i) { return samples[i].p_E.norm() > kFarFromZero; };
+  for (const auto [first, last] : HeldRuns(samples)) {
+    if (!samples[first].p_E.isZero(0.0) || last - first == samples.size()) continue;
+    const bool jumps =
+        (first == 0 || is_far(first - 1)) && (last == samples.size() || is_far(last));
+    // A single one at an end may be the origin of the positions.
+    const bool at_end = first == 0 || last == samples.size();
+    if (jumps && last - first > (at_end ? 1 : 0)) {
+      zeros.push_back({samples[first].t, samples[last - 1].t});
     }
   }
-  return runs;
+  return zeros;
 }
 
 // Positions of a moving vehicle that keep one value for much longer than the stream's own step, and
 // then jump. A vehicle at rest goes on where it stood.
 template <class Sample>
-std::vector<LostStretch> HeldPlaces(const std::vector<Sample>& samples) {
-  std::vector<LostStretch> held;
+std::vector<Stretch> HeldPlaces(const std::vector<Sample>& samples) {
+  std::vector<Stretch> held;
   const std::vector<HeldRun> runs = HeldRuns(samples);
   if (runs.size() < kFewest) return held;
   std::vector<double> steps, jumps;
@@ -92,37 +83,14 @@ std::vector<LostStretch> HeldPlaces(const std::vector<Sample>& samples) {
 // Stretches of one pose, but for its first row.
 template <class Sample>
 void AddHeld(const FlightLog& log, const Stream& stream, const std::vector<Sample>& samples,
-             std::vector<LostStretch>* stretches) {
-  for (const FrozenStretch& frozen : FindFrozen(stream, samples)) {
+             std::vector<Stretch>* stretches) {
+  for (const Stretch& frozen : FindFrozen(ColumnsOf(stream, samples))) {
     const auto first = std::find_if(samples.begin(), samples.end(),
                                     [&](const Sample& sample) { return sample.t > frozen.from; });
-    if (IsLost(*stretches, *first) || !TurnsMeanwhile(log, frozen)) continue;
+    if (IsWithin(*stretches, first->t) || !TurnsMeanwhile(log, frozen)) continue;
     stretches->push_back({first->t, frozen.until});
   }
 }
-
-// rad, all turns of the gyroscope up to each of its samples.
-class TurnsSoFar {
- public:
-  explicit TurnsSoFar(const std::vector<ImuSample>& imu) : imu_(imu) {
-    double turn = 0.0;
-    for (std::size_t i = 0; i < imu.size(); ++i) {
-      if (i > 0) turn += imu[i].gyro.norm() * SecondsBetween(imu[i - 1].t, imu[i].t);
-      turns_.push_back(turn);
-    }
-  }
-  double Between(TimeNs from, TimeNs to) const { return turns_[Index(to)] - turns_[Index(from)]; }
-
- private:
-  std::size_t Index(TimeNs t) const {
-    const auto at = std::lower_bound(imu_.begin(), imu_.end(), t,
-                                     [](const ImuSample& s, TimeNs time) { return s.t < time; });
-    return std::min<std::size_t>(at - imu_.begin(), imu_.size() - 1);
-  }
-
-  const std::vector<ImuSample>& imu_;
-  std::vector<double> turns_;
-};
 
 // A part of the flight with one set of body axes.
 struct BodyPart {
@@ -132,7 +100,6 @@ struct BodyPart {
 
 // An attitude that turns at once by far more than the gyroscope begins a part.
 std::vector<BodyPart> BodyParts(const FlightLog& log, const std::vector<PoseSample>& poses) {
-  const TurnsSoFar turns(log.imu);
   std::vector<BodyPart> parts = {{0, poses.size(), Eigen::Quaterniond::Identity()}};
   std::size_t before = 0;  // the row at which the last different attitude came
   for (std::size_t i = 1; i < poses.size(); ++i) {
@@ -140,7 +107,7 @@ std::vector<BodyPart> BodyParts(const FlightLog& log, const std::vector<PoseSamp
     const double angle = step.angularDistance(Eigen::Quaterniond::Identity());
     if (angle == 0.0) continue;
     const double seconds = SecondsBetween(poses[before].t, poses[i].t);
-    const double turned = turns.Between(poses[before].t, poses[i].t);
+    const double turned = TurnOfGyro(log, {poses[before].t, poses[i].t});
     before = i;
     if (seconds > kAttitudeGap || angle < kLeastFlip + 1.2 * turned) continue;
     parts.back().last = i;
@@ -169,8 +136,8 @@ double AgreementOf(const FlightLog& log, const std::vector<PoseSample>& poses) {
 
 // Parts in other body axes than those of most rows, where the gyroscope shows that they are: a
 // filter that is reset, or another clock, jumps as well.
-std::vector<LostStretch> Flips(const FlightLog& log, const std::vector<PoseSample>& poses) {
-  std::vector<LostStretch> flips;
+std::vector<Stretch> Flips(const FlightLog& log, const std::vector<PoseSample>& poses) {
+  std::vector<Stretch> flips;
   if (log.imu.empty() || poses.empty()) return flips;
   const std::vector<BodyPart> parts = BodyParts(log, poses);
   const auto rows_like = [&](const BodyPart& part) {
@@ -193,7 +160,7 @@ std::vector<LostStretch> Flips(const FlightLog& log, const std::vector<PoseSampl
   if (flips.empty()) return flips;
   const double agreement = AgreementOf(log, undone);
   const bool are_shown = agreement > kAlike && agreement > AgreementOf(log, poses);
-  return are_shown ? flips : std::vector<LostStretch>();
+  return are_shown ? flips : std::vector<Stretch>();
 }
 
 // Shares of rows that an import has stated in the log's `source`.
@@ -230,9 +197,7 @@ void CheckShares(Examination* e) {
 
 double LostTrack::Seconds() const {
   double seconds = 0.0;
-  for (const LostStretch& stretch : stretches) {
-    seconds += SecondsBetween(stretch.from, stretch.until);
-  }
+  for (const Stretch& stretch : stretches) seconds += stretch.Seconds();
   return seconds;
 }
 
@@ -245,7 +210,7 @@ std::string LostTrack::Text() const {
       "the tracker takes another set of markers for the vehicle"};
   const auto kind = static_cast<std::size_t>(how);
   std::string places;
-  for (const LostStretch& stretch : stretches) {
+  for (const Stretch& stretch : stretches) {
     places += fmt::format("{}{:.3f} to {:.3f}", places.empty() ? "" : ", ", ToSeconds(stretch.from),
                           ToSeconds(stretch.until));
   }
@@ -258,16 +223,16 @@ std::vector<LostTrack> FindLostTracks(const FlightLog& log) {
   std::vector<LostTrack> lost;
   ForEachStream(log, [&](const Stream& stream, const auto& samples) {
     using Sample = SampleOf<decltype(samples)>;
-    const auto add = [&](Lost how, std::vector<LostStretch> stretches) {
+    const auto add = [&](Lost how, std::vector<Stretch> stretches) {
       std::sort(stretches.begin(), stretches.end(),
-                [](const LostStretch& a, const LostStretch& b) { return a.from < b.from; });
+                [](const Stretch& a, const Stretch& b) { return a.from < b.from; });
       if (!stretches.empty()) lost.push_back({stream.name, how, std::move(stretches)});
     };
     if constexpr (requires(Sample s) { s.p_E; }) {
-      const std::vector<LostStretch> zeros = ZerosOf(samples);
+      const std::vector<Stretch> zeros = ZerosOf(samples);
       std::vector<Sample> seen = samples;
-      std::erase_if(seen, [&](const Sample& sample) { return IsLost(zeros, sample); });
-      std::vector<LostStretch> held = HeldPlaces(seen);
+      std::erase_if(seen, [&](const Sample& sample) { return IsWithin(zeros, sample.t); });
+      std::vector<Stretch> held = HeldPlaces(seen);
       if constexpr (std::is_same_v<Sample, PoseSample>) {
         AddHeld(log, stream, seen, &held);
         add(Lost::kFlipped, Flips(log, seen));
@@ -284,7 +249,8 @@ std::vector<std::string> LeaveOutLostTracks(FlightLog* log) {
   for (const LostTrack& lost : FindLostTracks(*log)) {
     ForEachStream(*log, [&](const Stream& stream, auto& samples) {
       if (lost.stream != stream.name) return;
-      std::erase_if(samples, [&](const auto& sample) { return IsLost(lost.stretches, sample); });
+      std::erase_if(samples,
+                    [&](const auto& sample) { return IsWithin(lost.stretches, sample.t); });
     });
     warnings.push_back(lost.Text() + "; these rows are left out");
   }
@@ -298,13 +264,7 @@ void CheckRows(Examination* e) {
     Finding finding{id, lost.stream, Level::kBiases, lost.Seconds(), "s"};
     finding.text = lost.Text();
     finding.remedy = "leave these rows out (`leave_out` in the map)";
-    finding.repaired = true;
-    e->Add(finding);
-    StreamRepair repair;
-    for (const LostStretch& stretch : lost.stretches) {
-      repair.leave_out.emplace_back(stretch.from, stretch.until);
-    }
-    e->Repair(lost.stream, repair);
+    e->AddRepaired(finding, {.leave_out = lost.stretches});
   }
   for (const StreamHealth& health : e->result.streams) {
     if (health.IsHeld() && health.stream != "imu") e->Repair(health.stream, {.only_new = true});

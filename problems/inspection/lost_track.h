@@ -4,13 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "problems/inspection/repair.h"
 #include "problems/log/flight_log.h"
 
 namespace trueline {
-
-struct LostStretch {
-  TimeNs from = 0, until = 0;  // of the first and the last row that is no measurement
-};
 
 enum class Lost {
   kZero,     // exactly 0 0 0, beside others that are far from there
@@ -21,7 +18,7 @@ enum class Lost {
 struct LostTrack {
   std::string stream;
   Lost how = Lost::kZero;
-  std::vector<LostStretch> stretches;
+  std::vector<Stretch> stretches;
 
   double Seconds() const;
   std::string Text() const;  // one sentence, with all places

@@ -58,18 +58,10 @@ std::vector<AttitudeSample> AttitudesOf(const std::vector<PoseSample>& poses) {
   return attitudes;
 }
 
-std::vector<PositionSample> PositionsOf(const std::vector<PoseSample>& poses) {
-  std::vector<PositionSample> positions;
-  positions.reserve(poses.size());
-  for (const PoseSample& pose : poses) positions.push_back({pose.t, pose.p_E});
-  return positions;
-}
-
-std::vector<PositionSample> PositionsOf(const std::vector<Fix>& fixes) {
-  std::vector<PositionSample> positions;
-  positions.reserve(fixes.size());
-  for (const Fix& fix : fixes) positions.push_back({fix.t, fix.p_E});
-  return positions;
+std::vector<PositionSample> PositionsOf(const FlightLog& log, const std::string& stream) {
+  if (stream == "mocap") return PositionsOf(log.mocap);
+  if (stream == "pose") return PositionsOf(log.pose);
+  return PositionsOf(log.fixes);
 }
 
 namespace {

@@ -114,8 +114,14 @@ struct PositionSample {
   TimeNs t;
   Eigen::Vector3d p_E;  // m
 };
-std::vector<PositionSample> PositionsOf(const std::vector<PoseSample>& poses);
-std::vector<PositionSample> PositionsOf(const std::vector<Fix>& fixes);
+template <class Sample>
+std::vector<PositionSample> PositionsOf(const std::vector<Sample>& samples) {
+  std::vector<PositionSample> positions;
+  for (const Sample& sample : samples) positions.push_back({sample.t, sample.p_E});
+  return positions;
+}
+// Of mocap, pose or fixes.
+std::vector<PositionSample> PositionsOf(const FlightLog& log, const std::string& stream);
 
 RunningIntegral<3> GyroIntegral(const FlightLog& log);
 

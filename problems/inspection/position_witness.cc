@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "problems/common/units.h"
 #include "problems/inspection/clear.h"
+#include "problems/inspection/force_fit.h"
 #include "problems/log/fixes.h"
 
 namespace trueline {
@@ -13,12 +15,6 @@ namespace {
 constexpr double kPoseNoise = 0.002;               // m
 constexpr double kBendNoise = 0.5;                 // m/s^2, wanted of a bend at most
 constexpr double kShortest = 0.2, kLongest = 2.0;  // s, half width of a bend
-
-std::vector<PositionSample> PositionsOf(const FlightLog& log, const std::string& stream) {
-  if (stream == "mocap") return PositionsOf(log.mocap);
-  if (stream == "pose") return PositionsOf(log.pose);
-  return PositionsOf(log.fixes);
-}
 
 double NoiseOf(const FlightLog& log, const std::string& stream) {
   return stream == "fixes" && !log.fixes.empty() ? MedianSigma(log.fixes) : kPoseNoise;
@@ -46,11 +42,19 @@ std::optional<PositionWitness> PositionWitnessOf(const Examination& e, const std
   return witness;
 }
 
-std::optional<VectorMatch> MatchBends(const Examination& e,
+std::optional<VectorMatch> MatchBends(const FlightLog& log,
                                       const std::vector<AttitudeSample>& attitude,
-                                      const std::vector<Bend>& bends) {
-  const RunningIntegral<3> force = ForceIntegral(e.fixed, attitude);
-  return MatchVectors(AccelerationPairs(force, bends), {0.0});
+                                      const std::vector<Bend>& bends, const LagSearch& search) {
+  const RunningIntegral<3> force = ForceIntegral(log, attitude);
+  return MatchVectors(AccelerationPairs(force, bends), search);
+}
+
+double ResidualOfTurnedBends(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+                             std::vector<Bend> bends) {
+  const auto match = MatchBends(log, attitude, bends);
+  if (!match) return std::numeric_limits<double>::infinity();
+  TurnBends(match->turn.transpose(), &bends);
+  return ForceResidual(BodyForce(log, attitude), bends, Eigen::Matrix3d::Identity());
 }
 
 bool IsOfAhrs(const Examination& e, const PositionWitness& witness) {
@@ -60,8 +64,7 @@ bool IsOfAhrs(const Examination& e, const PositionWitness& witness) {
 std::optional<FollowingFit> FollowingOf(const Examination& e, const PositionWitness& witness,
                                         double reach) {
   const auto match = [&](const std::vector<AttitudeSample>& attitude) {
-    const RunningIntegral<3> force = ForceIntegral(e.fixed, attitude);
-    return MatchVectors(AccelerationPairs(force, witness.bends), {reach});
+    return MatchBends(e.fixed, attitude, witness.bends, {reach});
   };
   return FitFollowing(e.fixed, witness.attitude, match, &VectorMatch::correlation);
 }
@@ -78,7 +81,7 @@ void TurnBends(const Eigen::Matrix3d& turn, std::vector<Bend>* bends) {
 
 std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,
                                                    const PositionWitness& witness) {
-  const auto match = MatchBends(e, witness.attitude, witness.bends);
+  const auto match = MatchBends(e.fixed, witness.attitude, witness.bends);
   if (!match) return std::nullopt;
   std::vector<Bend> bends = witness.bends;
   if (witness.stream != "fixes") return bends;
@@ -91,7 +94,7 @@ std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,
 
 void TurnLikePositions(const Examination& e, const PositionWitness& witness,
                        std::vector<Bend>* bends) {
-  const auto match = MatchBends(e, witness.attitude, *bends);
+  const auto match = MatchBends(e.fixed, witness.attitude, *bends);
   if (!match || match->correlation < kAlike) return;
   TurnBends(PlainTurn(*match, kOtherAxes).transpose(), bends);
 }

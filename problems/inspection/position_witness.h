@@ -24,10 +24,15 @@ std::optional<PositionWitness> PositionWitnessOf(const Examination& e, const std
                                                  double wider = 1.0);
 
 // The bends' accelerations against the specific force that an attitude turns to earth axes, as they
-// are stamped.
-std::optional<VectorMatch> MatchBends(const Examination& e,
+// are stamped, or at the best lag.
+std::optional<VectorMatch> MatchBends(const FlightLog& log,
                                       const std::vector<AttitudeSample>& attitude,
-                                      const std::vector<Bend>& bends);
+                                      const std::vector<Bend>& bends,
+                                      const LagSearch& search = {0.0});
+// m/s^2, rms that remains once the bends are turned to where they fit the specific force best;
+// infinite where they are too few.
+double ResidualOfTurnedBends(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+                             std::vector<Bend> bends);
 
 // Whether an AHRS gives the witness' attitude, which may follow acceleration.
 bool IsOfAhrs(const Examination& e, const PositionWitness& witness);

@@ -17,21 +17,13 @@ void Shift(double seconds, Samples* samples) {
 
 template <class Samples>
 void LeaveOut(const StreamRepair& repair, const Stream& stream, Samples* samples) {
-  std::erase_if(*samples, [&](const auto& sample) {
-    return std::any_of(repair.leave_out.begin(), repair.leave_out.end(), [&](const auto& part) {
-      return sample.t >= part.first && sample.t <= part.second;
-    });
-  });
+  std::erase_if(*samples, [&](const auto& sample) { return IsWithin(repair.leave_out, sample.t); });
   if (!repair.only_new) return;
   // As `new_where`: the first row may be of any age.
-  const auto numbers = [&](const auto& sample) {
-    NumbersOfSample archive;
-    SampleOf<Samples>::Describe(archive, sample, stream);
-    return archive.numbers;
-  };
-  std::vector<double> before = samples->empty() ? std::vector<double>() : numbers(samples->front());
+  std::vector<double> before;
+  if (!samples->empty()) before = NumbersOf(stream, samples->front());
   std::erase_if(*samples, [&](const auto& sample) {
-    std::vector<double> now = numbers(sample);
+    std::vector<double> now = NumbersOf(stream, sample);
     const bool same = now == before;
     before = std::move(now);
     return same;
@@ -97,6 +89,11 @@ Eigen::Matrix3d EarthFromBodyAsRead(const FileAttitudes& sources, const std::str
   return own->second.axes.earth * own->second.axes.body.transpose();
 }
 
+bool IsWithin(const std::vector<Stretch>& stretches, TimeNs t) {
+  return std::any_of(stretches.begin(), stretches.end(),
+                     [t](const Stretch& stretch) { return stretch.Holds(t); });
+}
+
 bool IsIdentity(const Eigen::Matrix3d& m) { return m.isIdentity(1e-12); }
 
 bool StreamRepair::IsNone() const {
@@ -126,6 +123,13 @@ Eigen::Quaterniond Reread(const Eigen::Quaterniond& q, const StreamRepair& repai
   return (Eigen::Quaterniond(repair.earth) * to_earth * right * to_body.conjugate() *
           Eigen::Quaterniond(repair.body).conjugate())
       .normalized();
+}
+
+void ApplyRepair(const std::string& stream, const StreamRepair& repair,
+                 const FileAttitudes& sources, FlightLog* log) {
+  Repairs alone;
+  alone.streams[stream] = repair;
+  ApplyRepairs(alone, sources, log);
 }
 
 void ApplyRepairs(const Repairs& repairs, const FileAttitudes& sources, FlightLog* log) {

@@ -15,6 +15,15 @@ namespace trueline {
 
 bool IsIdentity(const Eigen::Matrix3d& m);  // but for rounding
 
+// Rows of a stream, by their stamps.
+struct Stretch {
+  TimeNs from = 0, until = 0;  // of the first and the last row
+
+  bool Holds(TimeNs t) const { return t >= from && t <= until; }
+  double Seconds() const { return SecondsBetween(from, until); }
+};
+bool IsWithin(const std::vector<Stretch>& stretches, TimeNs t);
+
 // Of one stream, in native axes; the identity unless stated.
 struct StreamRepair {
   double time_offset = 0.0;  // s, added to the stamps
@@ -42,7 +51,7 @@ struct StreamRepair {
   // Channel i of the right stream is channel order[i] of this one; empty: as it is.
   std::vector<std::size_t> order = {};
   // Before all that: rows of these times, and rows that repeat the one before, are left out.
-  std::vector<std::pair<TimeNs, TimeNs>> leave_out = {};
+  std::vector<Stretch> leave_out = {};
   bool only_new = false;
 
   bool IsNone() const;
@@ -76,5 +85,7 @@ Eigen::Quaterniond Reread(const Eigen::Quaterniond& q, const StreamRepair& repai
 Eigen::Matrix3d EarthFromBodyAsRead(const FileAttitudes& sources, const std::string& stream);
 
 void ApplyRepairs(const Repairs& repairs, const FileAttitudes& sources, FlightLog* log);
+void ApplyRepair(const std::string& stream, const StreamRepair& repair,
+                 const FileAttitudes& sources, FlightLog* log);
 
 }  // namespace trueline

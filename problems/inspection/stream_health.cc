@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "problems/import/shared_stamps.h"
 #include "problems/inspection/clear.h"
 #include "problems/inspection/stuck.h"
 #include "problems/log/imu_health.h"
@@ -32,29 +33,6 @@ constexpr double kHarmfulSpeed = 0.3;  // m/s, the same along the thrust; shifts
 constexpr double kDeadShare = 0.05;    // of the noise of the quieter neighbour
 constexpr double kQuietForce = 3e-4;   // m/s^2/sqrt(Hz): the best MEMS sensors have more noise
 constexpr double kQuietRate = 2e-5;    // rad/s/sqrt(Hz)
-
-// Archive that collects a sample's numbers.
-struct Numbers {
-  std::vector<double> values;
-  void operator()(const Field&, const Eigen::Vector3d& v) {
-    values.insert(values.end(), v.begin(), v.end());
-  }
-  void operator()(const Field&, const Eigen::Quaterniond& q) {
-    values.insert(values.end(), {q.w(), q.x(), q.y(), q.z()});
-  }
-  void operator()(const Field&, double value) { values.push_back(value); }
-  void operator()(const Field&, int value) { values.push_back(value); }
-  void operator()(const Field&, const std::vector<double>& v) {
-    values.insert(values.end(), v.begin(), v.end());
-  }
-};
-
-template <class Sample>
-std::vector<double> NumbersOf(const Sample& sample, const Stream& stream) {
-  Numbers numbers;
-  Sample::Describe(numbers, sample, stream);
-  return numbers.values;
-}
 
 struct Spikes {
   int count = 0;
@@ -102,7 +80,7 @@ StreamHealth TimingOf(const Stream& stream, const std::vector<Sample>& samples,
   std::size_t repeats = 0;
   std::vector<double> before;
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    std::vector<double> now = NumbersOf(samples[i], stream);
+    std::vector<double> now = NumbersOf(stream, samples[i]);
     if (i > 0 && samples[i].t != jump) {
       steps.push_back(SecondsBetween(samples[i - 1].t, samples[i].t));
     }
@@ -283,10 +261,11 @@ class HealthFindings {
   }
   void Stuck(const StreamHealth& h, const std::vector<StuckColumn>& columns) {
     for (const StuckColumn& stuck : columns) {
-      Add("stuck", h, Level::kBiases, stuck.until - stuck.from, "s",
+      Add("stuck", h, Level::kBiases, stuck.stretch.Seconds(), "s",
           fmt::format("{} stays at {:.6g} for {} samples, {:.3f} to {:.3f} s, while the sensor's "
                       "other columns change",
-                      stuck.column, stuck.value, stuck.count, stuck.from, stuck.until),
+                      stuck.column, stuck.value, stuck.count, ToSeconds(stuck.stretch.from),
+                      ToSeconds(stuck.stretch.until)),
           "look at the sensor and the logger; cut that part of the flight");
     }
   }
@@ -368,7 +347,7 @@ std::vector<StreamHealth> CheckStreams(const FlightLog& log, std::optional<TimeN
     if constexpr (requires(Sample s) { s.p_E; }) health.spikes = PositionSpikes(samples);
     if constexpr (std::is_same_v<Sample, ImuSample>) AddAxes(samples, &health);
     add.Timing(health);
-    add.Stuck(health, FindStuck(stream, samples));
+    add.Stuck(health, FindStuck(ColumnsOf(stream, samples)));
     if constexpr (std::is_same_v<Sample, ImuSample>) add.Imu(health);
     if constexpr (std::is_same_v<Sample, ChannelsSample>) {
       if (health.stream == "rotors") {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/import/shared_stamps.h"
 #include "problems/inspection/clear.h"
 
 namespace trueline {
@@ -13,50 +14,25 @@ constexpr double kCalm = 0.05;    // more repeats of a neighbour than elsewhere:
 
 using Values = std::vector<double>;
 
-// The columns of one sensor; their neighbours tell whether the vehicle moves.
-struct Sensor {
-  std::vector<std::string> names;
-  std::vector<Values> columns;
-};
-
-// Archive that appends a sample's numbers to its sensors.
-struct Collect {
-  std::vector<Sensor>& sensors;
-  std::size_t next = 0;
-
-  void operator()(const Field& field, const Eigen::Vector3d& v) { Add(field, {v[0], v[1], v[2]}); }
-  void operator()(const Field& field, const Eigen::Quaterniond& q) {
-    Add(field, {q.w(), q.x(), q.y(), q.z()});
-  }
-  void operator()(const Field&, double) {}
-  void operator()(const Field&, int) {}
-  void operator()(const Field&, const std::vector<double>&) {}
-
-  void Add(const Field& field, const std::vector<double>& values) {
-    if (next == sensors.size()) sensors.push_back({});
-    Sensor& sensor = sensors[next++];
-    sensor.columns.resize(values.size());
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      if (sensor.names.size() <= k) sensor.names.emplace_back(field.columns[k]);
-      sensor.columns[k].push_back(values[k]);
-    }
-  }
-};
-
 // Samples first to last - 1 have one value.
 struct Run {
   std::size_t first = 0, last = 0;
   std::size_t repeats() const { return last - first - 1; }
 };
 
+template <class Visit>
+void ForEachRunOf(const Values& column, const Visit& visit) {
+  const auto same = [&](std::size_t i, std::size_t k) { return column[i] == column[k]; };
+  ForEachRun(column.size(), same, [&](std::size_t begin, std::size_t end) {
+    visit(Run{begin, end});
+  });
+}
+
 Run LongestRun(const Values& column) {
   Run longest{0, 1};
-  for (std::size_t begin = 0; begin < column.size();) {
-    std::size_t end = begin + 1;
-    while (end < column.size() && column[end] == column[begin]) ++end;
-    if (end - begin > longest.last - longest.first) longest = {begin, end};
-    begin = end;
-  }
+  ForEachRunOf(column, [&](const Run& run) {
+    if (run.repeats() > longest.repeats()) longest = run;
+  });
   return longest;
 }
 
@@ -84,9 +60,8 @@ bool IsCalm(const Sensor& sensor, std::size_t but, const Run& run) {
   return false;
 }
 
-template <class Sample>
-bool IsHarmless(const std::vector<Sample>& samples, const Run& run) {
-  return SecondsBetween(samples[run.first].t, samples[run.last - 1].t) < kHarmless;
+Stretch StretchOf(const StreamColumns& stream, const Run& run) {
+  return {stream.t[run.first], stream.t[run.last - 1]};
 }
 
 // True for a run that an ordinary signal, which repeats as outside of the run, does not make.
@@ -118,19 +93,9 @@ bool IsStuck(const Sensor& sensor, std::size_t k, const Run& run) {
 std::string NamesOf(const Sensor& sensor) {
   std::string text = sensor.names.front();
   for (std::size_t k = 1; k < sensor.names.size(); ++k) {
-    text += (k + 1 < sensor.names.size() ? ", " : " and ") + sensor.names[k];
+    text += std::string(k + 1 < sensor.names.size() ? ", " : " and ") + sensor.names[k];
   }
   return text;
-}
-
-template <class Sample>
-std::vector<Sensor> SensorsOf(const Stream& stream, const std::vector<Sample>& samples) {
-  std::vector<Sensor> sensors;
-  for (const Sample& sample : samples) {
-    Collect collect{sensors};
-    Sample::Describe(collect, sample, stream);
-  }
-  return sensors;
 }
 
 // A number that changes wherever one of the stream's does.
@@ -148,6 +113,16 @@ Values ChangesOf(const std::vector<Sensor>& sensors, std::size_t count) {
 
 }  // namespace
 
+void ColumnCollector::Add(const Field& field, const std::vector<double>& values) {
+  if (next == sensors.size()) sensors.push_back({});
+  Sensor& sensor = sensors[next++];
+  sensor.columns.resize(values.size());
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (sensor.names.size() <= k) sensor.names.push_back(field.columns[k]);
+    sensor.columns[k].push_back(values[k]);
+  }
+}
+
 double QuantumOf(const std::vector<double>& values) {
   std::vector<double> distinct = values;
   std::sort(distinct.begin(), distinct.end());
@@ -164,42 +139,35 @@ double QuantumOf(const std::vector<double>& values) {
   return static_cast<double>(multiples) > 0.9 * static_cast<double>(steps.size()) ? least : 0.0;
 }
 
-template <class Sample>
-std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sample>& samples) {
+std::vector<StuckColumn> FindStuck(const StreamColumns& stream) {
   std::vector<StuckColumn> stuck;
-  for (const Sensor& sensor : SensorsOf(stream, samples)) {
+  for (const Sensor& sensor : stream.sensors) {
     for (std::size_t k = 0; k < sensor.columns.size(); ++k) {
       const Run run = LongestRun(sensor.columns[k]);
-      if (IsHarmless(samples, run) || !IsStuck(sensor, k, run)) continue;
-      stuck.push_back({sensor.names[k], sensor.columns[k][run.first], run.last - run.first,
-                       ToSeconds(samples[run.first].t), ToSeconds(samples[run.last - 1].t)});
+      const Stretch stretch = StretchOf(stream, run);
+      if (stretch.Seconds() < kHarmless || !IsStuck(sensor, k, run)) continue;
+      stuck.push_back(
+          {sensor.names[k], sensor.columns[k][run.first], run.last - run.first, stretch});
     }
   }
   return stuck;
 }
 
-template <class Sample>
-std::vector<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<Sample>& samples) {
-  std::vector<FrozenStretch> all;
-  const std::vector<Sensor> sensors = SensorsOf(stream, samples);
-  if (samples.empty() || sensors.empty()) return all;
-  const Values changes = ChangesOf(sensors, samples.size());
-  for (std::size_t begin = 0; begin < changes.size();) {
-    std::size_t end = begin + 1;
-    while (end < changes.size() && changes[end] == changes[begin]) ++end;
-    const Run run{begin, end};
-    if (!IsHarmless(samples, run) && IsOdd(changes, run))
-      all.push_back({samples[begin].t, samples[end - 1].t});
-    begin = end;
-  }
+std::vector<Stretch> FindFrozen(const StreamColumns& stream) {
+  std::vector<Stretch> all;
+  if (stream.sensors.empty()) return all;
+  const Values changes = ChangesOf(stream.sensors, stream.t.size());
+  ForEachRunOf(changes, [&](const Run& run) {
+    const Stretch stretch = StretchOf(stream, run);
+    if (stretch.Seconds() >= kHarmless && IsOdd(changes, run)) all.push_back(stretch);
+  });
   return all;
 }
 
-template <class Sample>
-std::vector<std::string> FindDead(const Stream& stream, const std::vector<Sample>& samples) {
+std::vector<std::string> FindDead(const StreamColumns& stream) {
   std::vector<std::string> dead;
-  if (samples.size() < kFewest) return dead;
-  for (const Sensor& sensor : SensorsOf(stream, samples)) {
+  if (stream.t.size() < kFewest) return dead;
+  for (const Sensor& sensor : stream.sensors) {
     const bool still =
         std::all_of(sensor.columns.begin(), sensor.columns.end(), [](const Values& column) {
           const double first = column.front();
@@ -222,21 +190,5 @@ std::vector<std::size_t> StillChannels(const std::vector<ChannelsSample>& sample
   }
   return still;
 }
-
-template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<ImuSample>&);
-template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<AttitudeSample>&);
-template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<Fix>&);
-template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<PoseSample>&);
-template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<ChannelsSample>&);
-template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<ScalarSample>&);
-
-template std::vector<std::string> FindDead(const Stream&, const std::vector<ImuSample>&);
-template std::vector<std::string> FindDead(const Stream&, const std::vector<AttitudeSample>&);
-template std::vector<std::string> FindDead(const Stream&, const std::vector<Fix>&);
-template std::vector<std::string> FindDead(const Stream&, const std::vector<PoseSample>&);
-
-template std::vector<FrozenStretch> FindFrozen(const Stream&, const std::vector<ImuSample>&);
-template std::vector<FrozenStretch> FindFrozen(const Stream&, const std::vector<AttitudeSample>&);
-template std::vector<FrozenStretch> FindFrozen(const Stream&, const std::vector<PoseSample>&);
 
 }  // namespace trueline

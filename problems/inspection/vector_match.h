@@ -58,6 +58,12 @@ std::optional<VectorMatch> MatchVectors(const PairsAt& pairs, const LagSearch& s
 // One standard deviation of a statistic by its values without each of the blocks.
 double JackknifeSigma(const std::vector<double>& without);
 
+// Whether the ratio of sizes is off by more than noise in either stream explains.
+bool HasOtherScale(const VectorMatch& match);
+// Whether `slow`, of the slow motion alone, has another scale, too, and that of `match`: a filter
+// changes fast motion, a scale changes slow motion as well.
+bool HasSameScale(const VectorMatch& slow, const VectorMatch& match);
+
 // Whether `turn` differs from the orthogonal `other` along some axis by more than 5 sigma and by
 // more than `least` (rad).
 bool Differs(const VectorMatch& match, const Eigen::Matrix3d& other, double least);

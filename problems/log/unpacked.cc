@@ -1,21 +1,17 @@
 #include "problems/log/unpacked.h"
 
-#include <bzlib.h>
-#include <lzma.h>
 #include <unistd.h>
-#include <zlib.h>
-#include <zstd.h>
 
 #include <array>
 #include <charconv>
 #include <fstream>
-#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "problems/common/error.h"
+#include "problems/log/decompress.h"
 
 namespace trueline {
 namespace {
@@ -24,91 +20,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kPiece = 1 << 18;  // bytes
 constexpr int kMostLayers = 4;           // as a tar in a zip
-
-// What a decoder has read and written of its buffers; whether the content has ended.
-struct DecodeStep {
-  std::size_t read = 0, wrote = 0;
-  bool ended = false, good = true;
-};
-using Decoder = std::function<DecodeStep(const char* in, std::size_t have, char* out,
-                                         std::size_t room, bool is_last)>;
-
-// zlib's streams: `bits` 31 for gzip, -15 for the bare content of a zip.
-Decoder Inflater(int bits) {
-  auto stream = std::shared_ptr<z_stream>(new z_stream{}, [](z_stream* s) {
-    inflateEnd(s);
-    delete s;
-  });
-  inflateInit2(stream.get(), bits);
-  return [stream, bits](const char* in, std::size_t have, char* out, std::size_t room, bool) {
-    stream->next_in = reinterpret_cast<Bytef*>(const_cast<char*>(in));  // zlib does not write there
-    stream->avail_in = static_cast<uInt>(have);
-    stream->next_out = reinterpret_cast<Bytef*>(out);
-    stream->avail_out = static_cast<uInt>(room);
-    const int result = inflate(stream.get(), Z_NO_FLUSH);
-    const DecodeStep step{have - stream->avail_in, room - stream->avail_out, result == Z_STREAM_END,
-                          result == Z_OK || result == Z_STREAM_END || result == Z_BUF_ERROR};
-    if (step.ended && bits > 0) inflateReset(stream.get());  // gzip's members follow each other
-    return step;
-  };
-}
-
-Decoder Bunzipper() {
-  auto stream = std::shared_ptr<bz_stream>(new bz_stream{}, [](bz_stream* s) {
-    BZ2_bzDecompressEnd(s);
-    delete s;
-  });
-  BZ2_bzDecompressInit(stream.get(), 0, 0);
-  return [stream](const char* in, std::size_t have, char* out, std::size_t room, bool) {
-    stream->next_in = const_cast<char*>(in);  // bzlib does not write there
-    stream->avail_in = static_cast<unsigned>(have);
-    stream->next_out = out;
-    stream->avail_out = static_cast<unsigned>(room);
-    const int result = BZ2_bzDecompress(stream.get());
-    const DecodeStep step{have - stream->avail_in, room - stream->avail_out,
-                          result == BZ_STREAM_END, result == BZ_OK || result == BZ_STREAM_END};
-    if (step.ended) {
-      BZ2_bzDecompressEnd(stream.get());
-      BZ2_bzDecompressInit(stream.get(), 0, 0);
-    }
-    return step;
-  };
-}
-
-Decoder Unxzipper() {
-  auto stream = std::shared_ptr<lzma_stream>(new lzma_stream{}, [](lzma_stream* s) {
-    lzma_end(s);
-    delete s;
-  });
-  if (lzma_stream_decoder(stream.get(), UINT64_MAX, LZMA_CONCATENATED) != LZMA_OK) return nullptr;
-  return [stream](const char* in, std::size_t have, char* out, std::size_t room, bool is_last) {
-    stream->next_in = reinterpret_cast<const std::uint8_t*>(in);
-    stream->avail_in = have;
-    stream->next_out = reinterpret_cast<std::uint8_t*>(out);
-    stream->avail_out = room;
-    const lzma_ret result = lzma_code(stream.get(), is_last ? LZMA_FINISH : LZMA_RUN);
-    return DecodeStep{have - stream->avail_in, room - stream->avail_out, result == LZMA_STREAM_END,
-                      result == LZMA_OK || result == LZMA_STREAM_END || result == LZMA_BUF_ERROR};
-  };
-}
-
-Decoder Unzstder() {
-  auto stream = std::shared_ptr<ZSTD_DStream>(ZSTD_createDStream(), ZSTD_freeDStream);
-  return [stream](const char* in, std::size_t have, char* out, std::size_t room, bool) {
-    ZSTD_inBuffer input{in, have, 0};
-    ZSTD_outBuffer output{out, room, 0};
-    const std::size_t left = ZSTD_decompressStream(stream.get(), &output, &input);
-    return DecodeStep{input.pos, output.pos, left == 0, ZSTD_isError(left) == 0};
-  };
-}
-
-Decoder Copier() {
-  return [](const char* in, std::size_t have, char* out, std::size_t room, bool is_last) {
-    const std::size_t count = std::min(have, room);
-    std::copy_n(in, count, out);
-    return DecodeStep{count, count, is_last && count == have, true};
-  };
-}
 
 struct Packing {
   const char* name;

@@ -111,20 +111,12 @@ constexpr const char* kAboveZero[] = {"m",          "body_mass", "k_f",   "k_m",
                                       "I_y",        "I_z",       "box_x", "box_y",   "box_z",
                                       "full_speed", "arm",       "lever", "lever_x", "lever_y"};
 
-bool Names(const std::vector<Contradicted>& findings, const std::string& parameter) {
-  return std::ranges::find(findings, parameter, &Contradicted::parameter) != findings.end();
-}
-
 // `at`: the place; null: where the file states the parameter.
 Contradicted FindingAt(const VehicleFile& file, const std::string& parameter, double value,
                        const std::string& text, const Reading* at = nullptr) {
   const NeutralInfo* info = FindNeutral(parameter);
   Contradicted finding{parameter, info != nullptr ? info->unit : "", value, text, "", ""};
-  if (at == nullptr) at = file.Find(parameter);
-  finding.file = file.files[at != nullptr ? at->file : 0]->path().string();
-  if (at == nullptr) return finding;
-  finding.line = at->leaf != nullptr ? at->leaf->place.line : 0;
-  finding.key = at->key;
+  Place(file, at != nullptr ? at : file.Find(parameter), &finding);
   return finding;
 }
 
@@ -349,6 +341,13 @@ std::vector<Contradicted> LeftBeside(const Root& root, const VehicleFile& file,
 }
 
 }  // namespace
+
+void Place(const VehicleFile& file, const Reading* at, Contradicted* entry) {
+  entry->file = file.files[at != nullptr ? at->file : 0]->path().string();
+  if (at == nullptr) return;
+  entry->line = at->leaf != nullptr ? at->leaf->place.line : 0;
+  entry->key = at->key;
+}
 
 std::vector<std::pair<std::string, std::string>> ImpossibleInertia(const NeutralVehicle& v) {
   const std::array<const char*, 3> names = {"I_x", "I_y", "I_z"};

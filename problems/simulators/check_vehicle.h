@@ -1,6 +1,7 @@
 // What a simulator's file can be told from itself, without any flight.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
@@ -29,6 +30,15 @@ struct Contradicted {
   std::optional<ErrorByHorizon> cost = {};  // m, more of position error with the file's value
   std::vector<std::string> confused_with = {};
 };
+
+// Whether one of the entries is of the parameter.
+template <class Entry>
+bool Names(const std::vector<Entry>& entries, const std::string& parameter) {
+  return std::ranges::find(entries, parameter, &Entry::parameter) != entries.end();
+}
+
+// The place of a reading in its file; null: the file alone.
+void Place(const VehicleFile& file, const Reading* at, Contradicted* entry);
 
 // Of one vehicle: inertia that no body has, hover outside of the motors' range, ratios that no
 // vehicle of that size has, a number in the wrong unit, rotor order against spins, numbers that the

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/common/atomic_file.h"
+#include "problems/result/yaml_text.h"
 #include "problems/simulators/judge_flights.h"
 
 namespace trueline {
@@ -73,14 +75,6 @@ std::string ErrorInWords(double error) {
   return std::isfinite(error) ? fmt::format("{:.3f} m", error) : "diverges";
 }
 
-void Place(const VehicleFile& file, const Reading* at, Contradicted* entry) {
-  entry->file = file.files.front()->path().string();
-  if (at == nullptr) return;
-  entry->file = file.files[at->file]->path().string();
-  entry->line = at->leaf != nullptr ? at->leaf->place.line : 0;
-  entry->key = at->key;
-}
-
 void AddLacks(const std::map<std::string, FlightValue>& values, bool has_drag, bool has_lag,
               Audit* audit) {
   constexpr double kMentionedDrag = 0.1;  // 1/s
@@ -105,6 +99,137 @@ void AddLacks(const std::map<std::string, FlightValue>& values, bool has_drag, b
         {"motor_lag",
          fmt::format("the rotors follow their commands with {:.3f} s", values.at("tau").value)});
   }
+}
+
+namespace {
+
+// "diverges" for a number that is infinite; nothing where the flight is too short for the horizon.
+YAML::Node ErrorsNode(const ErrorByHorizon& errors) {
+  constexpr const char* kKeys[] = {"0.25", "0.5", "1.0"};
+  YAML::Node node;
+  node.SetStyle(YAML::EmitterStyle::Flow);
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    if (std::isnan(errors[k])) continue;
+    node[kKeys[k]] =
+        std::isfinite(errors[k]) ? YAML::Load(Rounded(errors[k], 4)) : YAML::Node("diverges");
+  }
+  node["unit"] = "m";
+  return node;
+}
+
+YAML::Node Sequence() { return YAML::Node(YAML::NodeType::Sequence); }
+
+YAML::Node ContradictedNode(const Contradicted& c) {
+  YAML::Node node;
+  node["parameter"] = c.parameter;
+  node["file_value"] = YAML::Load(Rounded(c.file_value, 6));
+  if (c.flight_value) {
+    node["flight_value"] = YAML::Load(Rounded(*c.flight_value, 6));
+    node["sigma"] = YAML::Load(Rounded(c.sigma, 3));
+  }
+  node["unit"] = c.unit;
+  if (c.cost) node["cost"] = ErrorsNode(*c.cost);
+  if (!c.confused_with.empty()) node["confused_with"] = c.confused_with;
+  node["text"] = c.text;
+  if (!c.file.empty()) {
+    node["place"] =
+        FlowMap({{"file", c.file}, {"line", fmt::format("{}", c.line)}, {"key", c.key}});
+  }
+  return node;
+}
+
+}  // namespace
+
+void WriteAudit(const Audit& audit, const std::filesystem::path& directory) {
+  YAML::Node node;
+  node["simulator"] = audit.simulator;
+  node["logs"] = audit.logs;
+  node["contradicted"] = Sequence();
+  for (const Contradicted& c : audit.contradicted) {
+    node["contradicted"].push_back(ContradictedNode(c));
+  }
+  node["not_judged"] = Sequence();
+  for (const NotJudged& n : audit.not_judged) {
+    node["not_judged"].push_back(FlowMap({{"parameter", n.parameter}, {"fly", n.fly}}));
+  }
+  node["lacks"] = Sequence();
+  for (const Lack& lack : audit.lacks) {
+    node["lacks"].push_back(FlowMap({{"effect", lack.effect}, {"text", lack.text}}));
+  }
+  node["compared"] = Sequence();
+  for (const Compared& c : audit.compared) {
+    YAML::Node entry = FlowMap({{"parameter", c.parameter},
+                                {"file_value", Rounded(c.file_value, 5)},
+                                {"flight_value", Rounded(c.flight_value, 5)},
+                                {"sigma", Rounded(c.sigma, 3)},
+                                {"tolerance", Rounded(c.tolerance, 3)},
+                                {"unit", c.unit},
+                                {"contradicted", c.contradicted ? "true" : "false"}});
+    if (c.cost) entry["cost"] = ErrorsNode(*c.cost);
+    node["compared"].push_back(entry);
+  }
+  if (audit.before) node["before"] = ErrorsNode(*audit.before);
+  if (audit.after) node["after"] = ErrorsNode(*audit.after);
+  if (audit.best) node["flight"] = ErrorsNode(*audit.best);
+  node["warnings"] = audit.warnings;
+  WriteFileAtomically(directory / "audit.yaml", TextOf(node));
+  for (const auto& [name, text] : audit.corrected) WriteFileAtomically(directory / name, text);
+}
+
+std::string AuditTable(const Audit& audit) {
+  std::string table;
+  for (const Contradicted& c : audit.contradicted) {
+    table += fmt::format("contradicted: {:<17} ", c.parameter);
+    if (c.flight_value) {
+      table += fmt::format("file {:.4g}, flight {:.4g} +- {:.2g} {}", c.file_value, *c.flight_value,
+                           c.sigma, c.unit);
+      if (c.cost && std::isinf((*c.cost)[1])) {
+        table += "; with it a prediction diverges within 0.5 s";
+      } else if (c.cost && std::isfinite((*c.cost)[1])) {
+        table += fmt::format("; costs {:.3f} m in 0.5 s", (*c.cost)[1]);
+      }
+      if (!c.text.empty()) table += "; " + c.text;
+    } else {
+      table += fmt::format("file {:.4g} {}; {}", c.file_value, c.unit, c.text);
+    }
+    if (c.line > 0) table += fmt::format(" ({}:{})", c.file, c.line);
+    table += "\n";
+  }
+  if (audit.contradicted.empty()) table += "nothing is contradicted\n";
+  // A number stands in one list: what is shown roughly is undecided, with what would decide it.
+  for (const Compared& c : audit.compared) {
+    if (c.contradicted || Names(audit.contradicted, c.parameter)) continue;
+    const auto rough = std::ranges::find(audit.not_judged, c.parameter, &NotJudged::parameter);
+    const bool decided = rough == audit.not_judged.end();
+    table += fmt::format("{:<13} {:<17} file {:.4g}, flight {:.4g} +- {:.2g} {}",
+                         !decided ? "undecided:"
+                         : c.cost ? "differs:"
+                                  : "agrees:",
+                         c.parameter, c.file_value, c.flight_value, c.sigma, c.unit);
+    if (!decided) {
+      table += "; " + rough->fly;
+    } else if (c.cost) {
+      table += fmt::format(", as vehicles of one kind do; costs {} in 0.5 s",
+                           ErrorInWords((*c.cost)[1]));
+    }
+    table += "\n";
+  }
+  for (const Lack& lack : audit.lacks) {
+    table += fmt::format("lacks:        {}: {}\n", lack.effect, lack.text);
+  }
+  for (const NotJudged& n : audit.not_judged) {
+    if (Names(audit.compared, n.parameter)) continue;
+    table += fmt::format("not judged:   {:<17} {}\n", n.parameter, n.fly);
+  }
+  if (audit.before && audit.after) {
+    for (std::size_t k = 0; k < kHorizons.size(); ++k) {
+      table += fmt::format(
+          "held-out flight, {:.2f} s: {} with the file, {} corrected{}\n", kHorizons[k],
+          ErrorInWords((*audit.before)[k]), ErrorInWords((*audit.after)[k]),
+          audit.best ? ", " + ErrorInWords((*audit.best)[k]) + " as the flight fits it" : "");
+    }
+  }
+  return table;
 }
 
 }  // namespace trueline

@@ -1,6 +1,7 @@
-// What an audit finds, in words: units, factors, places in files, and what to fly.
+// What an audit finds, in words and as files: units, factors, and what to fly.
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "problems/simulators/audit.h"
@@ -18,11 +19,13 @@ NotJudged NotShown(const std::string& parameter, const FlightLog& log);
 // one.
 std::string ErrorInWords(double error);
 
-// The place of a reading in its file; null: the file alone.
-void Place(const VehicleFile& file, const Reading* at, Contradicted* entry);
-
 // Adds what the flights show clearly and the simulator has nothing of.
 void AddLacks(const std::map<std::string, FlightValue>& values, bool has_drag, bool has_lag,
               Audit* audit);
+
+// audit.yaml and the corrected files.
+void WriteAudit(const Audit& audit, const std::filesystem::path& directory);
+// For standard output.
+std::string AuditTable(const Audit& audit);
 
 }  // namespace trueline

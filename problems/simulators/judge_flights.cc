@@ -7,6 +7,7 @@
 
 #include "problems/result/statistics.h"
 #include "problems/simulators/describe_audit.h"
+#include "problems/simulators/flight_terms.h"
 #include "problems/simulators/vehicle_replay.h"
 
 namespace trueline {
@@ -40,6 +41,26 @@ ErrorByHorizon CostOfLag(const NeutralVehicle& vehicle, double file, double flig
     cost[k] = Apart(with, without, 0.0, kHorizons[k]);
   }
   return cost;
+}
+
+// Two readings of one flight: the mixture of both, which is no more certain where they differ.
+void Mix(const FlightValue& other, FlightValue* value) {
+  const double a = value->sigma * value->sigma, b = other.sigma * other.sigma;
+  const double share = a / (a + b), apart = other.value - value->value;
+  value->value += share * apart;
+  value->sigma = std::sqrt((1.0 - share) * a + share * b + share * (1.0 - share) * apart * apart);
+}
+
+// Adds what the flight shows term by term. The fit shows thrust and drag, too.
+void AddTerms(const FlightLog& log, FlightEstimate* flight) {
+  for (const auto& [name, term] : TermsOf(log, *flight)) {
+    FlightValue& value = flight->values[name];
+    if (value.shown && (name[0] == 'K' || name == "k_f")) {
+      Mix(term, &value);
+    } else {
+      value = term;
+    }
+  }
 }
 
 }  // namespace
@@ -175,6 +196,126 @@ void FlightJudge::AddCosts() const {
   };
   std::stable_sort(audit->contradicted.begin(), audit->contradicted.end(),
                    [&](const auto& a, const auto& b) { return cost(a) > cost(b); });
+}
+
+double FlightJudge::OneFactor(const std::vector<std::string>& names,
+                              const std::vector<std::string>& others,
+                              const std::function<double(const std::string&)>& stated,
+                              const std::map<std::string, FlightValue>& values) const {
+  constexpr double kAlike = 0.1;  // relative, of factors by which two numbers are wrong
+  const auto of = [&](const std::string& name) {
+    const auto found = values.find(name);
+    return found == values.end() ? FlightValue() : found->second;
+  };
+  double factor = 0.0, least = INFINITY, most = 0.0, gain = 0.0;
+  for (const std::string& name : names) {
+    const FlightValue value = of(name);
+    if (!value.shown || !Differs(name, stated(name), value)) return 1.0;
+    const double each = stated(name) / value.value;
+    factor += each / static_cast<double>(names.size());
+    least = std::min(least, each), most = std::max(most, each);
+  }
+  for (const std::string& name : others) {
+    const FlightValue value = of(name);
+    if (!value.shown) return 1.0;
+    const double off = stated(name) - value.value, left = stated(name) / factor - value.value;
+    gain += (off * off - left * left) / std::pow(Sigma(name, value), 2);
+  }
+  const bool explains = others.empty() || gain > kThreshold * kThreshold;
+  return most < (1.0 + kAlike) * least && explains ? factor : 1.0;
+}
+
+void ScaleValues(std::initializer_list<const char*> names, double factor,
+                 std::map<std::string, FlightValue>* values) {
+  for (const char* name : names) {
+    FlightValue& value = (*values)[name];
+    value.value *= factor, value.sigma *= std::abs(factor);
+  }
+}
+
+bool StatesRotors(const FlightLog& log, const NeutralVehicle& v) {
+  return log.vehicle && log.vehicle->rotors.size() == v.rotors.size();
+}
+
+std::vector<FlightEstimate> Estimates(const std::vector<FlightLog>& logs,
+                                      const NeutralVehicle& start, Audit* audit) {
+  std::vector<FlightEstimate> flights;
+  for (const FlightLog& log : logs) {
+    flights.push_back(EstimateFromFlight(log, InLogOrder(start, log)));
+    AddTerms(log, &flights.back());
+    audit->logs.push_back(log.directory);
+    for (const std::string& warning : flights.back().warnings) {
+      audit->warnings.push_back(log.directory + ": " + warning);
+    }
+  }
+  return flights;
+}
+
+bool CompareWithLog(const std::string& parameter, double in_file, double stated,
+                    const std::string& by, Audit* audit) {
+  const double tolerance = Tolerance(parameter, stated, stated);
+  const bool wrong = std::abs(in_file - stated) > tolerance;
+  const double sigma = tolerance / kThreshold;
+  audit->compared.push_back(
+      {parameter, UnitOf(parameter), in_file, stated, sigma, tolerance, wrong});
+  if (!wrong) return false;
+  Contradicted entry;
+  entry.parameter = parameter, entry.unit = UnitOf(parameter);
+  entry.file_value = in_file, entry.flight_value = stated, entry.sigma = sigma;
+  entry.text = RatioInWords(in_file, stated) + "; by " + by + " in log.yaml";
+  audit->contradicted.push_back(entry);
+  return true;
+}
+
+double ArmOfRotors(const std::vector<Rotor>& rotors) {
+  const auto count = static_cast<double>(rotors.size());
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  double arm = 0.0;
+  for (const Rotor& rotor : rotors) middle += rotor.position / count;
+  for (const Rotor& rotor : rotors) arm += (rotor.position - middle).head<2>().norm() / count;
+  return arm;
+}
+
+void AddSpin(const VehicleFile* file, double spin, const std::string& text, Audit* audit) {
+  Contradicted entry;
+  entry.parameter = "spin", entry.file_value = spin, entry.text = text;
+  if (file != nullptr) Place(*file, file->Find("spin"), &entry);
+  audit->contradicted.push_back(entry);
+}
+
+void CompareSpins(const VehicleFile* file, const FlightLog& log, const std::vector<int>& order,
+                  NeutralVehicle* start, Audit* audit) {
+  std::string others;
+  double spin = 0.0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    double& stated = start->rotors[static_cast<std::size_t>(order[i])]["spin"];
+    if (stated == log.vehicle->rotors[i].spin) continue;
+    spin = stated, stated = log.vehicle->rotors[i].spin;
+    others += fmt::format("{}{}", others.empty() ? "" : ", ", order[i]);
+  }
+  if (others.empty()) return;
+  AddSpin(file, spin,
+          fmt::format("rotors {} turn the other way than log.yaml says: spins, or the order of the "
+                      "rotors",
+                      others),
+          audit);
+}
+
+ErrorByHorizon ProofOf(const NeutralVehicle& vehicle, const std::vector<FlightEstimate>& flights,
+                       const std::vector<FlightLog>& logs, const Audit& audit) {
+  std::vector<NeutralVehicle> flown;
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    flown.push_back(InLogOrder(vehicle, logs[i]));
+    for (const char* name : {"r_BM_x", "r_BM_y"}) {
+      if (!Names(audit.contradicted, name)) flown.back().body[name] = flights[i].vehicle.Get(name);
+    }
+  }
+  return MeanErrors(flights, flown);
+}
+
+void JudgeOnce(Audit* audit) {
+  std::erase_if(audit->not_judged,
+                [&](const NotJudged& n) { return Names(audit->contradicted, n.parameter); });
 }
 
 }  // namespace trueline

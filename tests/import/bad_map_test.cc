@@ -188,13 +188,11 @@ TEST(BadCsv, Empty) {
 TEST(FixFlags, RefuseWhatCantBe) {
   const ImportFiles files;
   const ImportMap map = ReadImportMap(files.Write("map.yaml", kMap));
-  FixFlags flags;
-  EXPECT_FALSE(OverrideFixes(map, flags).has_value());
-  flags.straights = "0.9<x";
-  EXPECT_THAT(ErrorOf([&] { OverrideFixes(map, flags); }),
+  const std::map<std::string, double> none = {{"min_count", -1}, {"sigma_floor", -1.0}};
+  EXPECT_FALSE(OverrideFixes(map, none, "").has_value());
+  EXPECT_THAT(ErrorOf([&] { OverrideFixes(map, none, "0.9<x"); }),
               AllOf(HasSubstr("--straights: '0.9<x' is no condition"), HasSubstr("-0.9<x<0.9")));
-  flags.straights = "auto";
-  EXPECT_THAT(ErrorOf([&] { OverrideFixes(map, flags); }), HasSubstr("reads no mocap"));
+  EXPECT_THAT(ErrorOf([&] { OverrideFixes(map, none, "auto"); }), HasSubstr("reads no mocap"));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "problems/import/formats/csv_table.h"
 #include "problems/import/formats/open_recording.h"
 #include "tests/import/import_files.h"
+#include "tests/import/mcap_writer.h"
 
 namespace trueline {
 namespace {
@@ -158,6 +159,16 @@ TEST_F(Proposal, ARefusalSaysWhatWasFound) {
   EXPECT_THAT(why, HasSubstr("has no accelerometer by the names"));
   EXPECT_THAT(why, HasSubstr("The gyroscope is gyro_x, gyro_y, gyro_z"));
   EXPECT_THAT(why, HasSubstr("its fields are t, gyro_x, gyro_y, gyro_z, a1"));
+}
+
+TEST_F(Proposal, ALogWithoutNumbersNamesNoFields) {
+  const std::string file =
+      files_.Write("words.mcap", kMcapStart + McapType(1, "Words") + McapJson(1, "/words", 1) +
+                                     McapMessage(1, 1'000'000'000, R"({"said": "hello"})") +
+                                     McapRecord(15, "1234"));
+  const std::string why = WhyNoMapFits(OpenRecording(file).get());
+  EXPECT_THAT(why, HasSubstr("none of its messages has a number that can be read"));
+  EXPECT_THAT(why, testing::Not(HasSubstr("its fields are")));
 }
 
 TEST_F(Proposal, WhatIsMeasuredCountsBeforeSetpointsAndEstimates) {

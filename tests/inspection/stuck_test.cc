@@ -19,19 +19,19 @@ FlightLog Flight() { return testing_simulation::LogOf("hippodrome", 40.0, 5); }
 
 TEST(StuckColumns, AFlightHasNone) {
   const FlightLog log = Flight();
-  EXPECT_THAT(FindStuck(Stream{"imu"}, log.imu), IsEmpty());
-  EXPECT_THAT(FindStuck(Stream{"attitude"}, log.attitude), IsEmpty());
-  EXPECT_THAT(FindStuck(Stream{"fixes"}, log.fixes), IsEmpty());
+  EXPECT_THAT(FindStuck(ColumnsOf(Stream{"imu"}, log.imu)), IsEmpty());
+  EXPECT_THAT(FindStuck(ColumnsOf(Stream{"attitude"}, log.attitude)), IsEmpty());
+  EXPECT_THAT(FindStuck(ColumnsOf(Stream{"fixes"}, log.fixes)), IsEmpty());
 }
 
 TEST(StuckColumns, NamesColumnAndTime) {
   FlightLog log = Flight();
   for (std::size_t i = 4000; i < 5000; ++i) log.imu[i].accel.x() = log.imu[4000].accel.x();
-  const auto stuck = FindStuck(Stream{"imu"}, log.imu);
+  const auto stuck = FindStuck(ColumnsOf(Stream{"imu"}, log.imu));
   ASSERT_EQ(stuck.size(), 1U);
   EXPECT_EQ(stuck[0].column, "ax");
   EXPECT_EQ(stuck[0].count, 1000U);
-  EXPECT_EQ(stuck[0].from, ToSeconds(log.imu[4000].t));
+  EXPECT_EQ(stuck[0].stretch.from, log.imu[4000].t);
 }
 
 TEST(StuckColumns, OfAFewFixes) {
@@ -46,7 +46,7 @@ TEST(StuckColumns, ACoarseSensorAtRestIsNotStuck) {
   for (std::size_t i = 0; i < 3000; ++i) {
     log.imu[i].gyro = {0.0, (i / 3) % 2 == 0 ? 0.001 : 0.0, i % 5 == 0 ? 0.001 : 0.0};
   }
-  EXPECT_THAT(FindStuck(Stream{"imu"}, log.imu), IsEmpty());
+  EXPECT_THAT(FindStuck(ColumnsOf(Stream{"imu"}, log.imu)), IsEmpty());
 }
 
 // A gyroscope in whole degrees a second, 500 Hz, that swings about z but for 0.2 s of a steady
@@ -67,13 +67,13 @@ std::vector<ImuSample> CoarseSwing() {
 }
 
 TEST(StuckColumns, ACoarseSensorThatTurnsSlowlyIsNotStuck) {
-  EXPECT_THAT(FindStuck(Stream{"imu"}, CoarseSwing()), IsEmpty());
+  EXPECT_THAT(FindStuck(ColumnsOf(Stream{"imu"}, CoarseSwing())), IsEmpty());
 }
 
 TEST(StuckColumns, ACoarseSensorThatReturnsElsewhereWasStuck) {
   std::vector<ImuSample> imu = CoarseSwing();
   for (std::size_t i = 3000; i < 3300; ++i) imu[i].gyro.z() = imu[3000].gyro.z();
-  const auto stuck = FindStuck(Stream{"imu"}, imu);
+  const auto stuck = FindStuck(ColumnsOf(Stream{"imu"}, imu));
   ASSERT_EQ(stuck.size(), 1U);
   EXPECT_EQ(stuck[0].column, "gz");
 }

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "problems/simulators/audit.h"
-#include "problems/simulators/write_audit.h"
+#include "problems/simulators/describe_audit.h"
 #include "tests/simulators/shaky_flight.h"
 
 namespace trueline {

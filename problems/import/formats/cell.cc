@@ -2,27 +2,43 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <type_traits>
 
 #include "problems/import/formats/bytes.h"
-#include "problems/log/csv_text.h"
 
 namespace trueline {
 namespace {
 
-// IEEE 754 binary16.
-double HalfToDouble(std::uint16_t half) {
-  return static_cast<double>(static_cast<float>(Eigen::numext::bit_cast<Eigen::half>(half)));
-}
-
 template <class T>
-Cell WholeCell(const char* bytes) {
-  return Cell(static_cast<std::int64_t>(LoadLittle<T>(bytes)));
+Cell CellOf(const char* bytes) {
+  const T value = LoadLittle<T>(bytes);
+  if constexpr (std::is_same_v<T, std::uint64_t>) {
+    if (value >> 63 != 0) return Cell(static_cast<double>(value));
+  }
+  if constexpr (std::is_integral_v<T>) {
+    return Cell(static_cast<std::int64_t>(value));
+  } else {
+    return Cell(static_cast<double>(value));
+  }
 }
 
-Cell UnsignedCell(std::uint64_t value) {
-  return value >> 63 != 0 ? Cell(static_cast<double>(value))
-                          : Cell(static_cast<std::int64_t>(value));
+// IEEE 754 binary16.
+Cell HalfCell(const char* bytes) {
+  const auto half = Eigen::numext::bit_cast<Eigen::half>(LoadLittle<std::uint16_t>(bytes));
+  return Cell(static_cast<double>(static_cast<float>(half)));
 }
+
+// In the order of Scalar.
+struct ScalarType {
+  std::size_t size;  // bytes
+  Cell (*read)(const char* bytes);
+};
+constexpr ScalarType kScalars[] = {
+    {1, CellOf<std::int8_t>},   {1, CellOf<std::uint8_t>},  {2, CellOf<std::int16_t>},
+    {2, CellOf<std::uint16_t>}, {4, CellOf<std::int32_t>},  {4, CellOf<std::uint32_t>},
+    {8, CellOf<std::int64_t>},  {8, CellOf<std::uint64_t>}, {2, HalfCell},
+    {4, CellOf<float>},         {8, CellOf<double>},
+};
 
 }  // namespace
 
@@ -41,58 +57,10 @@ bool Cell::Time(int exponent, TimeNs* time) const {
   return true;
 }
 
-std::size_t SizeOf(Scalar type) {
-  switch (type) {
-    case Scalar::kI8:
-    case Scalar::kU8:
-      return 1;
-    case Scalar::kI16:
-    case Scalar::kU16:
-    case Scalar::kF16:
-      return 2;
-    case Scalar::kI32:
-    case Scalar::kU32:
-    case Scalar::kF32:
-      return 4;
-    default:
-      return 8;
-  }
-}
+std::size_t SizeOf(Scalar type) { return kScalars[static_cast<std::size_t>(type)].size; }
 
 Cell ReadScalar(Scalar type, const char* bytes) {
-  switch (type) {
-    case Scalar::kI8:
-      return WholeCell<std::int8_t>(bytes);
-    case Scalar::kU8:
-      return WholeCell<std::uint8_t>(bytes);
-    case Scalar::kI16:
-      return WholeCell<std::int16_t>(bytes);
-    case Scalar::kU16:
-      return WholeCell<std::uint16_t>(bytes);
-    case Scalar::kI32:
-      return WholeCell<std::int32_t>(bytes);
-    case Scalar::kU32:
-      return WholeCell<std::uint32_t>(bytes);
-    case Scalar::kI64:
-      return WholeCell<std::int64_t>(bytes);
-    case Scalar::kU64:
-      return UnsignedCell(LoadLittle<std::uint64_t>(bytes));
-    case Scalar::kF16:
-      return Cell(HalfToDouble(LoadLittle<std::uint16_t>(bytes)));
-    case Scalar::kF32:
-      return Cell(static_cast<double>(LoadLittle<float>(bytes)));
-    case Scalar::kF64:
-      return Cell(LoadLittle<double>(bytes));
-  }
-  return Cell();
-}
-
-void ParseCells(const std::vector<std::string_view>& texts, std::size_t first,
-                std::vector<Cell>* cells) {
-  for (std::size_t i = first; i < texts.size(); ++i) {
-    double value = 0.0;
-    if (ParseNumber(texts[i], &value)) (*cells)[i] = Cell(value);
-  }
+  return kScalars[static_cast<std::size_t>(type)].read(bytes);
 }
 
 }  // namespace trueline

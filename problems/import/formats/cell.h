@@ -5,7 +5,6 @@
 #include <cstring>
 #include <limits>
 #include <string_view>
-#include <vector>
 
 #include "problems/common/units.h"
 
@@ -37,10 +36,6 @@ class Cell {
   char bytes_[8];
   bool whole_ = false;
 };
-
-// The numbers of a row's texts from `first` on; what is no number stays missing.
-void ParseCells(const std::vector<std::string_view>& texts, std::size_t first,
-                std::vector<Cell>* cells);
 
 // How a binary format stores a number.
 enum class Scalar { kI8, kU8, kI16, kU16, kI32, kU32, kI64, kU64, kF16, kF32, kF64 };

@@ -106,10 +106,7 @@ class UsdWalk {
     while (Next()) {
     }
     CheckCrc();
-    if (untimed_ > 0) {
-      sink_->Warn(
-          fmt::format("{} records have no possible time stamp; they are left out", untimed_));
-    }
+    sink_->WarnOf(untimed_, "records have no possible time stamp; they are left out");
   }
 
  private:

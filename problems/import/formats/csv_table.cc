@@ -314,7 +314,10 @@ CsvLayout GuessCsvLayout(const std::filesystem::path& path) {
 }
 
 bool TableDecoder::Describe(std::string_view, Channel* channel) {
-  for (const TableColumn& column : columns_) channel->fields.push_back({column.name, column.unit});
+  for (const TableColumn& column : columns_) {
+    if (column.time_exponent) channel->stamp_field = static_cast<int>(channel->fields.size());
+    channel->fields.push_back({column.name, column.time_exponent ? "ns" : column.unit});
+  }
   return true;
 }
 
@@ -326,6 +329,11 @@ bool TableDecoder::Decode(std::string_view message, std::vector<Cell>* cells) co
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     const TableColumn& column = columns_[i];
     double value = 0.0;
+    if (TimeNs time = 0; column.time_exponent) {
+      if (!ParseTime(texts[column.index], *column.time_exponent, &time)) return false;
+      (*cells)[i] = Cell(time);
+      continue;
+    }
     if (!ParseNumber(texts[column.index], &value)) continue;
     (*cells)[i] = Cell(column.scale * value + column.shift);
   }

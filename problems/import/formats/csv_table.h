@@ -62,6 +62,7 @@ struct TableColumn {
   std::string name;  // of the field
   std::string unit;
   double scale = 1.0, shift = 0.0;
+  std::optional<int> time_exponent = {};  // of its unit: it is the stamp, exact to a nanosecond
 };
 
 // Numbers of some columns of a row that has `width` of them.

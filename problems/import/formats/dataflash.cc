@@ -66,10 +66,7 @@ class FlashWalk {
       const std::uint64_t start = file_.position() - record.size();
       if (start >= from_ && start < to_) Emit(type, record);
     });
-    if (untimed_ > 0) {
-      sink_->Warn(
-          fmt::format("{} records have no possible time stamp; they are left out", untimed_));
-    }
+    sink_->WarnOf(untimed_, "records have no possible time stamp; they are left out");
     if (skipped_ > 0) {
       sink_->Warn(
           fmt::format("{} bytes in {} places are no records, the first at byte {}; they are "
@@ -353,12 +350,9 @@ void WalkDataFlashText(const std::filesystem::path& path, MessageSink* sink) {
   }
   if (!out.flush())
     throw ErrorAt(path.string(), 0, "has no room in the folder for temporary files");
-  if (unread > 0) {
-    sink->Warn(
-        fmt::format("{} lines are no records of a known type, the first is line {}; they are "
-                    "left out",
-                    unread, first));
-  }
+  sink->WarnOf(unread, fmt::format("lines are no records of a known type, the first is line {}; "
+                                   "they are left out",
+                                   first));
   WalkDataFlash(binary, sink);
 }
 

@@ -3,10 +3,10 @@
 #include <boost/crc.hpp>
 
 #include "problems/import/formats/bytes.h"
-#include "problems/import/formats/decompress.h"
 #include "problems/import/formats/open_recording.h"
 #include "problems/import/formats/ros_decoder.h"
 #include "problems/import/formats/ros_types.h"
+#include "problems/log/decompress.h"
 
 namespace trueline {
 namespace {
@@ -49,16 +49,10 @@ class McapWalk {
     file_.Seek(8);  // the magic bytes
     while (Next()) {
     }
-    if (damaged_ > 0) {
-      sink_->Warn(
-          fmt::format("{} chunks are damaged, the first at byte {}; their messages are left "
-                      "out",
-                      damaged_, first_damaged_));
-    }
-    if (strangers_ > 0) {
-      sink_->Warn(fmt::format(
-          "{} messages of channels that the file does not describe are left out", strangers_));
-    }
+    sink_->WarnOf(damaged_, fmt::format("chunks are damaged, the first at byte {}; their messages "
+                                        "are left out",
+                                        first_damaged_));
+    sink_->WarnOf(strangers_, "messages of channels that the file does not describe are left out");
   }
 
  private:

@@ -72,6 +72,9 @@ class ProtobufFlattener {
     if (++parts_ > kMaxNamedParts || row_->size() >= kMaxNamedCells) return;
     const pb::Reflection* of = message.GetReflection();
     using Type = pb::FieldDescriptor;
+    const auto get = [&](auto one, auto of_list) {
+      return k < 0 ? (of->*one)(message, field) : (of->*of_list)(message, field, k);
+    };
     switch (field->cpp_type()) {
       case Type::CPPTYPE_MESSAGE: {
         if (k < 0 && !of->HasField(message, field) && depth > 4) return;  // a type may hold itself
@@ -83,39 +86,33 @@ class ProtobufFlattener {
         return;
       }
       case Type::CPPTYPE_DOUBLE:
-        return Put(name, Cell(k < 0 ? of->GetDouble(message, field)
-                                    : of->GetRepeatedDouble(message, field, k)));
+        return Put(name, Cell(get(&pb::Reflection::GetDouble, &pb::Reflection::GetRepeatedDouble)));
       case Type::CPPTYPE_FLOAT:
         return Put(name,
-                   Cell(static_cast<double>(k < 0 ? of->GetFloat(message, field)
-                                                  : of->GetRepeatedFloat(message, field, k))));
+                   Cell(double{get(&pb::Reflection::GetFloat, &pb::Reflection::GetRepeatedFloat)}));
       case Type::CPPTYPE_INT32:
-        return PutWhole(
-            name, k < 0 ? of->GetInt32(message, field) : of->GetRepeatedInt32(message, field, k));
+        return PutWhole(name, get(&pb::Reflection::GetInt32, &pb::Reflection::GetRepeatedInt32));
       case Type::CPPTYPE_UINT32:
-        return PutWhole(
-            name, k < 0 ? of->GetUInt32(message, field) : of->GetRepeatedUInt32(message, field, k));
+        return PutWhole(name, get(&pb::Reflection::GetUInt32, &pb::Reflection::GetRepeatedUInt32));
       case Type::CPPTYPE_INT64:
-        return PutWhole(
-            name, k < 0 ? of->GetInt64(message, field) : of->GetRepeatedInt64(message, field, k));
+        return PutWhole(name, get(&pb::Reflection::GetInt64, &pb::Reflection::GetRepeatedInt64));
       case Type::CPPTYPE_UINT64:
-        return PutWhole(
-            name, static_cast<std::int64_t>(k < 0 ? of->GetUInt64(message, field)
-                                                  : of->GetRepeatedUInt64(message, field, k)));
+        return PutWhole(name, get(&pb::Reflection::GetUInt64, &pb::Reflection::GetRepeatedUInt64));
       case Type::CPPTYPE_BOOL:
-        return PutWhole(name,
-                        static_cast<std::int64_t>(k < 0 ? of->GetBool(message, field)
-                                                        : of->GetRepeatedBool(message, field, k)));
+        return PutWhole(name, get(&pb::Reflection::GetBool, &pb::Reflection::GetRepeatedBool));
       case Type::CPPTYPE_ENUM:
-        return PutWhole(name, k < 0 ? of->GetEnumValue(message, field)
-                                    : of->GetRepeatedEnumValue(message, field, k));
+        return PutWhole(name,
+                        get(&pb::Reflection::GetEnumValue, &pb::Reflection::GetRepeatedEnumValue));
       case Type::CPPTYPE_STRING:
         return;
     }
   }
 
   void Put(const std::string& name, const Cell& cell) { row_->push_back({name, cell}); }
-  void PutWhole(const std::string& name, std::int64_t value) { Put(name, Cell(value)); }
+  template <class Whole>
+  void PutWhole(const std::string& name, Whole value) {
+    Put(name, Cell(static_cast<std::int64_t>(value)));
+  }
 
   std::vector<NamedCell>* row_;
   std::size_t parts_ = 0;

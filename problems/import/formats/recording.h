@@ -85,7 +85,11 @@ class MessageSink {
   // `recorded` is the time of recording.
   virtual void Add(std::size_t channel, TimeNs recorded, std::string_view message) = 0;
   virtual void Warn(const std::string& warning) = 0;  // what was damaged, and where
-  virtual void Prefer(int instance) = 0;              // of channels that are named without one
+  // "3 records ..."; nothing where none is.
+  void WarnOf(std::size_t count, const std::string& what) {
+    if (count > 0) Warn(std::to_string(count) + " " + what);
+  }
+  virtual void Prefer(int instance) = 0;  // of channels that are named without one
 };
 
 // A format: how it is recognised, and a function that walks through a file from its start.

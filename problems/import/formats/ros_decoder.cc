@@ -108,9 +108,8 @@ struct RosNode {
   std::vector<RosNode> parts;
 };
 
-// Receives the leaves: names at the first message, numbers at all.
+// Receives the numbers of the leaves.
 struct RosOutput {
-  std::vector<std::string>* names = nullptr;
   std::vector<Cell>* cells = nullptr;
   std::size_t next = 0;
 
@@ -153,7 +152,7 @@ class RosDecoder : public MessageDecoder {
   bool Decode(std::string_view message, std::vector<Cell>* cells) const override {
     if (too_many_) return false;
     RosWire wire(message, cdr_);
-    RosOutput output{nullptr, cells};
+    RosOutput output{cells};
     DecodeMessage(type_, &wire, &root_, &output, 0);
     too_many_ = wire.exhausted();
     return wire.ok();

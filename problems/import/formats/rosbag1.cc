@@ -2,10 +2,10 @@
 
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
-#include "problems/import/formats/decompress.h"
 #include "problems/import/formats/open_recording.h"
 #include "problems/import/formats/ros_decoder.h"
 #include "problems/import/formats/ros_types.h"
+#include "problems/log/decompress.h"
 
 namespace trueline {
 namespace {
@@ -58,18 +58,11 @@ class BagWalk {
     file_.Read(13, &line);  // "#ROSBAG V2.0\n"
     while (Next()) {
     }
-    if (damaged_ > 0) {
-      sink_->Warn(
-          fmt::format("{} chunks cannot be decompressed, the first at byte {}; their "
-                      "messages are left out",
-                      damaged_, first_damaged_));
-    }
-    if (strangers_ > 0) {
-      sink_->Warn(
-          fmt::format("{} messages of connections that the bag does not describe are left "
-                      "out",
-                      strangers_));
-    }
+    sink_->WarnOf(damaged_, fmt::format("chunks cannot be decompressed, the first at byte {}; "
+                                        "their messages are left out",
+                                        first_damaged_));
+    sink_->WarnOf(strangers_,
+                  "messages of connections that the bag does not describe are left out");
   }
 
  private:

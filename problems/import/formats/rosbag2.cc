@@ -7,10 +7,10 @@
 
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
-#include "problems/import/formats/decompress.h"
 #include "problems/import/formats/open_recording.h"
 #include "problems/import/formats/ros_decoder.h"
 #include "problems/import/formats/ros_types.h"
+#include "problems/log/decompress.h"
 #include "problems/log/unpacked.h"
 
 namespace trueline {

@@ -9,7 +9,7 @@
 
 #include "problems/common/app.h"
 #include "problems/common/error.h"
-#include "problems/import/formats/blackbox_decoder.h"
+#include "problems/import/formats/blackbox_header.h"
 #include "problems/import/formats/csv_table.h"
 #include "problems/log/text_file.h"
 #include "problems/log/units.h"
@@ -255,7 +255,7 @@ Table MakeTable(const std::string& file) {
   return table;
 }
 
-bool Any(const std::vector<Table>& tables, std::initializer_list<std::string_view> fields) {
+bool Any(const std::vector<Table>& tables, const std::vector<std::string_view>& fields) {
   return std::all_of(fields.begin(), fields.end(), [&](std::string_view field) {
     return std::any_of(tables.begin(), tables.end(), [&](const Table& table) {
       return std::any_of(table.channels.begin(), table.channels.end(),
@@ -274,8 +274,7 @@ void MakeULog(TableChannel* channel) {
   std::string_view known;
   SplitInstance(channel);
   for (const std::string_view topic : kPx4Topics) {
-    const bool ends = channel->name.ends_with(topic) || channel->name.ends_with(std::string(topic));
-    if (ends && topic.size() > known.size()) known = topic;
+    if (channel->name.ends_with(topic) && topic.size() > known.size()) known = topic;
   }
   if (!known.empty()) channel->name = known;
   SetTimeUnit(3, channel);
@@ -396,34 +395,35 @@ void MakeBlackbox(Table* table) {
   table->channels.insert(table->channels.end(), gps.begin(), gps.end());
 }
 
+// A format by fields that its tables have, and what makes its channels of theirs.
+struct TableShape {
+  std::vector<std::string_view> fields;
+  const char* format;
+  void (*make)(TableChannel* channel);
+};
+const TableShape kTableShapes[] = {
+    {{"accelerometer_m_s2[0]", "gyro_rad[0]"}, "ulog", MakeULog},
+    {{"AccX", "GyrX", "TimeUS"}, "dataflash", MakeDataFlash},
+    {{"AccX", "GyrX", "TimeMS"}, "dataflash", MakeDataFlash},
+    {{"gyroADC[0]"}, "blackbox", nullptr},
+    {{"angular_velocity.x", "linear_acceleration.x"}, "ros2", MakeRos},
+    {{"acc.x", "gyro.x"}, "crazyflie", MakeCrazyflie},
+    {{"stateEstimate.x", "motor.m1"}, "crazyflie", MakeCrazyflie},
+    {{"stateEstimate.x", "controller.cmd_thrust"}, "crazyflie", MakeCrazyflie},
+    {{"stateEstimateZ.x", "ctrlLee.omegax"}, "crazyflie", MakeCrazyflie},
+};
+
 // The format that the names are of, and the channels as that has them.
 const char* MakeFormat(std::vector<Table>* tables) {
-  const auto make = [&](const auto& each) {
+  for (const TableShape& shape : kTableShapes) {
+    if (!Any(*tables, shape.fields)) continue;
     for (Table& table : *tables) {
-      for (TableChannel& channel : table.channels) each(&channel);
+      if (shape.make == nullptr) MakeBlackbox(&table);
+      for (TableChannel& channel : table.channels) {
+        if (shape.make != nullptr) shape.make(&channel);
+      }
     }
-  };
-  if (Any(*tables, {"accelerometer_m_s2[0]", "gyro_rad[0]"})) {
-    make(MakeULog);
-    return "ulog";
-  }
-  if (Any(*tables, {"AccX", "GyrX", "TimeUS"}) || Any(*tables, {"AccX", "GyrX", "TimeMS"})) {
-    make(MakeDataFlash);
-    return "dataflash";
-  }
-  if (Any(*tables, {"gyroADC[0]"})) {
-    for (Table& table : *tables) MakeBlackbox(&table);
-    return "blackbox";
-  }
-  if (Any(*tables, {"angular_velocity.x", "linear_acceleration.x"})) {
-    make(MakeRos);
-    return "ros2";
-  }
-  if (Any(*tables, {"acc.x", "gyro.x"}) || Any(*tables, {"stateEstimate.x", "motor.m1"}) ||
-      Any(*tables, {"stateEstimate.x", "controller.cmd_thrust"}) ||
-      Any(*tables, {"stateEstimateZ.x", "ctrlLee.omegax"})) {
-    make(MakeCrazyflie);
-    return "crazyflie";
+    return shape.format;
   }
   return kTablesFormat;
 }

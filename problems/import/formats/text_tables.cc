@@ -8,6 +8,7 @@
 
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
+#include "problems/import/formats/csv_table.h"
 #include "problems/log/csv_text.h"
 #include "problems/log/text_file.h"
 
@@ -16,48 +17,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Rows of numbers; the first column is the time, exact to a nanosecond.
-class TextDecoder : public MessageDecoder {
- public:
-  TextDecoder(std::vector<ChannelField> fields, char delimiter, int time_exponent)
-      : fields_(std::move(fields)), delimiter_(delimiter), time_exponent_(time_exponent) {
-    fields_.front().unit = "ns";
-  }
-
-  bool Describe(std::string_view, Channel* channel) override {
-    channel->fields = fields_;
-    channel->stamp_field = 0;
-    return true;
-  }
-  bool Decode(std::string_view message, std::vector<Cell>* cells) const override {
-    std::vector<std::string_view> texts;
-    SplitFields(message, delimiter_, &texts);
-    TimeNs time = 0;
-    if (texts.size() != cells->size() || !ParseTime(texts[0], time_exponent_, &time)) return false;
-    (*cells)[0] = Cell(time);
-    ParseCells(texts, 1, cells);
-    return true;
-  }
-
- private:
-  std::vector<ChannelField> fields_;
-  char delimiter_;
-  int time_exponent_;
-};
-
 // "w_RS_S_x [rad s^-1]"
-ChannelField ParseAslColumn(std::string_view text) {
+TableColumn ParseAslColumn(std::size_t index, std::string_view text) {
   if (text.starts_with('#')) text.remove_prefix(1);
   const std::size_t unit = text.find(" [");
-  ChannelField field{std::string(TrimmedField(text.substr(0, unit))), ""};
+  TableColumn column{index, std::string(TrimmedField(text.substr(0, unit))), ""};
   if (unit != std::string_view::npos && text.ends_with(']')) {
-    field.unit = text.substr(unit + 2, text.size() - unit - 3);
+    column.unit = text.substr(unit + 2, text.size() - unit - 3);
   }
-  return field;
+  return column;
 }
 
-void AddRows(LineReader* lines, char delimiter, int time_exponent, std::size_t channel,
-             MessageSink* sink) {
+// Rows of numbers; the first column is the time.
+void AddRows(LineReader* lines, const std::string& name, std::vector<TableColumn> columns,
+             char delimiter, int time_exponent, MessageSink* sink) {
+  columns.front().time_exponent = time_exponent;
+  const std::size_t channel = sink->AddChannel({name, 0, ""}, [&] {
+    return std::make_unique<TableDecoder>(columns, CsvSeparators{delimiter, false}, columns.size());
+  });
   for (std::string_view line; lines->NextFilled(&line);) {
     if (line.starts_with('#')) continue;
     std::vector<std::string_view> texts;
@@ -184,27 +161,21 @@ void WalkAsl(const fs::path& path, MessageSink* sink) {
                     "must start with the line of column names, '#timestamp [ns],"
                     "...'; restore it");
     }
-    std::vector<std::string_view> columns;
-    SplitFields(header, ',', &columns);
-    std::vector<ChannelField> fields;
-    fields.reserve(columns.size());
-    for (const std::string_view column : columns) fields.push_back(ParseAslColumn(column));
-    const std::size_t channel = sink->AddChannel({sensor.filename().string(), 0, ""}, [&] {
-      return std::make_unique<TextDecoder>(fields, ',', 0);
-    });
-    AddRows(&lines, ',', 0, channel, sink);
+    std::vector<std::string_view> names;
+    SplitFields(header, ',', &names);
+    std::vector<TableColumn> fields;
+    for (const std::string_view name : names) fields.push_back(ParseAslColumn(fields.size(), name));
+    AddRows(&lines, sensor.filename().string(), fields, ',', 0, sink);
   }
 }
 
 void WalkTum(const fs::path& path, MessageSink* sink) {
-  std::vector<ChannelField> fields;
+  std::vector<TableColumn> columns;
   for (const char* name : {"t", "tx", "ty", "tz", "qx", "qy", "qz", "qw"}) {
-    fields.push_back({name, ""});
+    columns.push_back({columns.size(), name, ""});
   }
-  const std::size_t channel = sink->AddChannel(
-      {"trajectory", 0, ""}, [&] { return std::make_unique<TextDecoder>(fields, ' ', 9); });
   LineReader lines(path);
-  AddRows(&lines, ' ', 9, channel, sink);
+  AddRows(&lines, "trajectory", columns, ' ', 9, sink);
 }
 
 bool IsTum(std::string_view start) { return LooksLike(kTumShape, start); }

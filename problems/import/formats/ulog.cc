@@ -5,8 +5,7 @@
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
 #include "problems/import/formats/open_recording.h"
-#include "problems/import/formats/ulog_layout.h"
-#include "problems/import/formats/ulog_outputs.h"
+#include "problems/import/formats/ulog_topics.h"
 
 namespace trueline {
 namespace {
@@ -41,26 +40,12 @@ class ULogWalk {
     if (!has_motors_) {  // else these are the motor commands
       for (const std::string& warning : outputs_.Warnings()) sink_->Warn(warning);
     }
-    if (crowded_ > 0) {
-      sink_->Warn(
-          fmt::format("{} topics are left out: those before have {} fields, more than any "
-                      "log of a vehicle; it is damaged",
-                      crowded_, fields_));
-    }
-    if (short_ > 0) {
-      sink_->Warn(
-          fmt::format("{} records are shorter than their topic's definition; they are left "
-                      "out",
-                      short_));
-    }
-    if (untimed_ > 0) {
-      sink_->Warn(
-          fmt::format("{} records have no possible time stamp; they are left out", untimed_));
-    }
-    if (unknown_ > 0) {
-      sink_->Warn(
-          fmt::format("{} records of topics that were never announced are left out", unknown_));
-    }
+    sink_->WarnOf(crowded_, fmt::format("topics are left out: those before have {} fields, more "
+                                        "than any log of a vehicle; it is damaged",
+                                        fields_));
+    sink_->WarnOf(short_, "records are shorter than their topic's definition; they are left out");
+    sink_->WarnOf(untimed_, "records have no possible time stamp; they are left out");
+    sink_->WarnOf(unknown_, "records of topics that were never announced are left out");
   }
 
  private:
