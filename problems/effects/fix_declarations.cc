@@ -59,7 +59,7 @@ std::vector<EffectInfo> FixDeclarations() {
           .id = "fix_latency",
           .enters = kFix,
           .parameters = {{"tau", "s", 0.005, 0.25, 0.004, false}},
-          .physics = "fixes are stamped later than their picture was taken",
+          .physics = "fixes are stamped later than what they measure",
           .definition = "a fix stamped t was measured at t - tau",
           .separate_by = kSpeedsAndGates,
           .drawn = {{"tau", 0.03, 0.2}},

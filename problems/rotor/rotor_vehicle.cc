@@ -48,7 +48,8 @@ RotorVehicle ReadRotorVehicle(const YamlMap& map, double gravity) {
 RotorVehicle VehicleFromLog(const FlightLog& log, std::string* warning) {
   if (!log.vehicle || log.vehicle->rotors.empty() || !log.vehicle->mass) {
     throw ErrorAt(log.directory + "/log.yaml", 0,
-                  "'vehicle' needs mass and rotors where rotor speeds are used");
+                  "'vehicle' needs mass and rotors where rotor speeds are used, such as "
+                  "{mass: 0.03, rotors: [{position: [0.03, 0.03, 0], spin: 1}, ...]}");
   }
   const std::vector<Rotor>& rotors = log.vehicle->rotors;
   double distance = 0.0;
