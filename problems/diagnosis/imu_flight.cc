@@ -345,8 +345,10 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
   const Eigen::MatrixXd answers =
       ReadEarlier(*flight_, fit_.columns.d_rows.rightCols(fit_.columns.count() - ordinary));
   std::vector<std::vector<int>> answer_columns;
-  for (const EffectColumns& own : found_columns) {
-    answer_columns.push_back(next(static_cast<int>(own.columns.size())));
+  for (const Effect& e : effects_) {
+    answer_columns.push_back(next(static_cast<int>(InfoOf(e).parameters.size())));
+    // A force acts on the path, too, and its columns change slowly: the sum of both is its size.
+    if (InfoOf(e).enters != EntersAt::kAccelerometer) answer_columns.back().clear();
   }
   parts.push_back(&answers);
   Eigen::MatrixXd stacked(flight_->rows(), at - kThetaSize - fit_.columns.count());

@@ -62,15 +62,15 @@ class Linearisation {
   std::vector<EffectColumns> found;   // causes in the model, linearised at their values
   std::vector<EffectColumns> candidates;
   std::vector<TermColumns> terms;
-  // By cause in the model: its columns, had the accelerometer read them before the flight made
-  // them. A controller that answers what the model lacks makes them so.
+  // By cause in the model that is an error of the accelerometer: its columns, had they been read
+  // before the flight made them. A controller that answers what the model lacks makes them so.
   std::vector<std::vector<int>> answers;
 
   // Nuisances, and the columns of all causes in the model.
   std::vector<int> Modelled() const;
   // The same without those of cause `which`.
   std::vector<int> Beside(std::size_t which) const;
-  // Of cause `which`; none on a drive that reads no forces.
+  // Of cause `which`; none of another cause, or on a drive that reads no forces.
   std::vector<int> Answers(std::size_t which) const {
     return which < answers.size() ? answers[which] : std::vector<int>();
   }
