@@ -20,7 +20,8 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "result"))
 from schemas import complaints
 
 SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
-PROGRAMS = Path(os.environ.get("TRUELINE_PROGRAMS", os.environ.get("TRUELINE_TEST_BUILD_DIR", SOURCE / "build") + "/apps"))
+BUILD = Path(os.environ.get("TRUELINE_TEST_BUILD_DIR", SOURCE / "build"))
+PROGRAMS = Path(os.environ.get("TRUELINE_PROGRAMS", BUILD / "apps"))
 BLOCK = re.compile(r"```(sh|text|yaml)\n(.*?)```", re.S)
 
 
