@@ -342,15 +342,19 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
     of_terms = open.Columns(TermsOf(groups));
     parts.push_back(&of_terms);
   }
-  const Eigen::MatrixXd answers =
-      ReadEarlier(*flight_, fit_.columns.d_rows.rightCols(fit_.columns.count() - ordinary));
-  std::vector<std::vector<int>> answer_columns;
-  for (const Effect& e : effects_) {
-    answer_columns.push_back(next(static_cast<int>(InfoOf(e).parameters.size())));
-    // A force acts on the path, too, and its columns change slowly: the sum of both is its size.
-    if (InfoOf(e).enters != EntersAt::kAccelerometer) answer_columns.back().clear();
+  // A force acts on the path, too, and its columns change slowly: the sum of both is its size.
+  std::vector<std::vector<int>> answers(effects_.size());
+  std::vector<Eigen::MatrixXd> earlier;
+  earlier.reserve(effects_.size());
+  for (std::size_t k = 0; k < effects_.size(); ++k) {
+    if (InfoOf(effects_[k]).enters != EntersAt::kAccelerometer) continue;
+    const std::vector<int>& own = found_columns[k].columns;
+    const auto size = static_cast<int>(own.size());
+    earlier.push_back(
+        ReadEarlier(*flight_, fit_.columns.d_rows.middleCols(own.front() - kThetaSize, size)));
+    parts.push_back(&earlier.back());
+    answers[k] = next(size);
   }
-  parts.push_back(&answers);
   Eigen::MatrixXd stacked(flight_->rows(), at - kThetaSize - fit_.columns.count());
   Eigen::Index column = 0;
   for (const Eigen::MatrixXd* part : parts) {
@@ -363,7 +367,7 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
   fit->found = std::move(found_columns);
   fit->candidates = std::move(candidate_columns);
   fit->terms = std::move(term_columns);
-  fit->answers = std::move(answer_columns);
+  fit->answers = std::move(answers);
   return fit;
 }
 
