@@ -470,9 +470,15 @@ class FileByFlights {
     });
   }
 
-  // What may as well be an error of another number is that where the file names it.
+  // What may as well be an error of another number is that where the file names it. Drag is stated
+  // for each kg: where the file's mass is none that a vehicle has, a flight does not judge it.
   void LeaveToFile(const std::vector<Contradicted>& of_itself) {
+    const bool by_mass = Names(of_itself, "m") && !IsJudged("m");
     std::erase_if(audit_.contradicted, [&](const Contradicted& entry) {
+      if (by_mass && entry.parameter.starts_with("K_")) {
+        audit_.not_judged.push_back({entry.parameter, "state the weighed mass in the log"});
+        return true;
+      }
       return std::ranges::any_of(of_itself, [&](const Contradicted& finding) {
         return !IsJudged(finding.parameter) &&
                std::ranges::find(entry.confused_with, finding.parameter) !=

@@ -23,12 +23,13 @@ using testing::HasSubstr;
 
 constexpr double kLag = 0.04, kFullSpeed = 2200.0;  // s, rad/s
 constexpr double kDrag = -0.3;                      // 1/s
+constexpr const char* kDrags[] = {"K_x", "K_y", "K_z"};
 
 // The vehicle that flies, with what a simulator's file states of it.
 NeutralVehicle Truth() {
   NeutralVehicle v = MadeQuadrotor();
   v.body["tau"] = kLag, v.body["full_speed"] = kFullSpeed;
-  for (const char* name : {"K_x", "K_y", "K_z"}) v.body[name] = kDrag;
+  for (const char* name : kDrags) v.body[name] = kDrag;
   return v;
 }
 
@@ -38,10 +39,10 @@ FlightLog Fly(std::uint64_t seed, double lag = kLag, const NeutralVehicle& vehic
   simulation.noise.position = 0.003, simulation.noise.attitude = 0.005;
   simulation.noise.force_density = 0.05, simulation.noise.angular_density = 0.2;
   simulation.pose_rate = 50.0;
-  simulation.drag.setConstant(kDrag);
+  for (int i = 0; i < 3; ++i) simulation.drag[i] = vehicle.Get(kDrags[i]);
   simulation.motor_lag = lag;
   simulation::MotorDriveConfig& motors = simulation.motors.emplace();
-  motors.full_speed = kFullSpeed, motors.idle = 0.15, motors.voltage = 0.0;
+  motors.full_speed = vehicle.Get("full_speed"), motors.idle = 0.15, motors.voltage = 0.0;
   FlightLog log = SimulateRotorFlight(simulation, RandomPath(20.0, seed), seed);
   log.directory = "flight";
   return log;
@@ -421,6 +422,18 @@ TEST_F(AuditTest, SlowNamesMassByLogsAlone) {
   ExpectNamed(AuditLogs(simulated, {Flight()}), "m", 0.2463);
   simulated.vehicle->mass.reset();
   ExpectNamed(AuditLogs(simulated, {Flight()}), "m", 0.2463);
+}
+
+// Rotors of a lighter vehicle turn slower, so that their drag is another one for each kg.
+TEST_F(AuditTest, SlowNamesAMassAndNotTheDragThatFollows) {
+  constexpr double kLighter = 4.0;
+  NeutralVehicle light = Truth();
+  light.body["m"] /= kLighter;
+  for (const char* name : kDrags) light.body[name] *= std::sqrt(kLighter);
+  const Audit audit = AuditLogs(Fly(5, kLag, light), {Flight()});
+  std::set<std::string> names;
+  for (const Contradicted& entry : audit.contradicted) names.insert(entry.parameter);
+  EXPECT_EQ(names, std::set<std::string>{"m"}) << AuditTable(audit);
 }
 
 // A number stands in one list, with what would decide it where it is undecided, and none is nan.
