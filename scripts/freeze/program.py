@@ -1,4 +1,5 @@
 """Runs the program's executables, each once: what has an outcome is not run again."""
+import argparse
 import hashlib
 import os
 import resource
@@ -16,6 +17,25 @@ LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 def read_yaml(path):
     return yaml.load(Path(path).read_text(), Loader=LOADER)
+
+
+def flags(doc, **more):
+    """A parser with --build, --work and `more`, each by its default; a tuple holds the choices."""
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--build", type=Path, default=SOURCE / "build")
+    parser.add_argument("--work", type=Path, required=True, help="folder of the runs")
+    for name, default in more.items():
+        how = ({"choices": default, "default": default[0]} if isinstance(default, tuple) else
+               {"action": "store_true"} if isinstance(default, bool) else {"type": type(default), "default": default})
+        parser.add_argument(f"--{name}", **how)
+    return parser
+
+
+def parse(parser):
+    arguments = parser.parse_args()
+    arguments.data = Path(os.environ.get("TRUELINE_DATA", SOURCE.parent / "shared/data")).resolve()
+    arguments.build, arguments.work = arguments.build.resolve(), arguments.work.resolve()
+    return arguments
 
 
 def app(arguments, verb):

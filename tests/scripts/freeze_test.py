@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The comparison of scripts/freeze: what counts as the same, what does not, and what is better."""
+"""The comparison of scripts/freeze: what counts as the same, and what does not."""
 import copy
 import os
 import sys
@@ -7,118 +7,109 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import yaml
+
 SOURCE = Path(os.environ["TRUELINE_TEST_SOURCE_DIR"])
-sys.path.insert(0, str(SOURCE / "scripts/freeze"))
+sys.path[:0] = [str(SOURCE / "scripts/freeze"), str(SOURCE / "scripts/blind")]
 
-import kept
-from compare import compare
-from truth import judge_change
-
-WIND = {"id": "wind", "confused_with": ["quadratic_drag"],
-        "parameters": {"w_x": [1.0, 0.1], "w_y": [0.5, 0.1]}, "gain": [0.5, 0.3]}
-MOVED = {"id": "gate_moved", "confirmed": False, "confused_with": [],
-        "parameters": {"gate": 1, "dx": [0.3, 0.05]}}
-BLIND = {"hidden": [{"id": "wind", "w_x": 1.2, "w_y": 0.5}], "verdict": "explained",
-         "causes": [WIND], "errors": {"open loop 1 s": [0.3, 0.1]}}
-CALIBRATION = {"exit": 0, "verdict": "usable", "parameters": {"K_x": [-0.5, 0.02, "identified"]},
-               "errors": {"vgd mean": 0.25}, "counts": {"arcs": 16}}
+from decisions import compare, read
 
 
-def changes(was, edit):
-    """Changes that `edit` makes of a record, by what changed."""
-    now = copy.deepcopy(was)
-    edit(now)
-    return {change.what: change for change in compare({"f": was}, {"f": now}).changed}
+def estimate(value, sigma, **more):
+    return {"value": value, "sigma": sigma, "unit": "1", **more}
 
 
-def judged(edit, what):
-    now = copy.deepcopy(BLIND)
-    edit(now)
-    return judge_change(changes(BLIND, edit)[what], BLIND, now)
+WIND = {"id": "wind", "confidence": 1, "confirmed": False, "confused_with": ["quadratic_drag"],
+        "parameters": {"w_x": estimate(1.0, 0.1), "w_y": estimate(0.5, 0.1)},
+        "gain": {"before": 0.5, "after": 0.3, "arcs": 9}}
+MOVED = {"id": "gate_moved", "confused_with": [], "parameters": {"gate": {"value": 1}, "dx": estimate(0.3, 0.05)}}
+DIAGNOSIS = {"verdict": "explained", "causes": [WIND], "goes_with": ["speed (12 %)"], "candidates": [],
+             "misfit": {"growth": [{"horizon_s": 1.0, "rms_earth_m": {"north": [0.3, 0.1]}}]}}
+HIDDEN = {"flown": True, "effects": [{"id": "wind", "w_x": 1.1, "w_y": 0.5}]}
+CALIBRATION = {"verdict": "usable", "parameters": {"K_x": estimate(-0.5, 0.02, status="identified")},
+               "arcs": {"final_point_error": {"mean": 0.25, "unit": "m"}, "inside_95_ellipse": 0.95}}
 
 
-class Compare(unittest.TestCase):
+class Freeze(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def results(self, side, **files):
+        work = self.folder / side
+        for part, node in {"blind_imu/results/f/diagnosis": DIAGNOSIS, "blind_imu/sealed/f.hidden": HIDDEN,
+                           "blind_imu/g/calibration": CALIBRATION, **files}.items():
+            path = work / f"{part}.yaml"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(yaml.safe_dump(node))
+        return read(work, "blind_imu")
+
+    def compared(self, edit, of=DIAGNOSIS):
+        """What an edit of one result changes: {what: note}."""
+        now = copy.deepcopy(of)
+        edit(now)
+        name = "blind_imu/results/f/diagnosis" if of is DIAGNOSIS else "blind_imu/g/calibration"
+        comparison = compare(self.results("before"), self.results("after", **{name: now}))
+        return {what: note for _, what, _, _, note in comparison.changed}
+
     def test_same_is_same(self):
-        comparison = compare({"f": BLIND, "g": CALIBRATION}, {"f": BLIND, "g": CALIBRATION})
-        self.assertEqual((comparison.same, comparison.changed), (13, []))
+        comparison = compare(self.results("before"), self.results("after"))
+        self.assertEqual(comparison.changed, [])
+        self.assertGreater(comparison.same, 15)
 
     def test_words(self):
-        self.assertEqual(list(changes(BLIND, lambda r: r.update(verdict="clean"))), ["verdict"])
-        self.assertEqual(list(changes(BLIND, lambda r: r["causes"][0]["confused_with"].clear())),
-                         ["wind.confused_with"])
-        self.assertEqual(list(changes(BLIND, lambda r: r["causes"][0].update(confirmed=True))),
-                         ["wind.confirmed"])
-        self.assertEqual(list(changes(CALIBRATION, lambda r: r["counts"].update(arcs=15))),
-                         ["counts.arcs"])
+        self.assertEqual(list(self.compared(lambda r: r.update(verdict="clean"))), ["verdict"])
+        self.assertEqual(list(self.compared(lambda r: r["causes"][0].update(confirmed=True))),
+                         ["causes.wind.confirmed"])
+        self.assertIn("causes.wind.confused_with", self.compared(lambda r: r["causes"][0]["confused_with"].clear()))
+        self.assertEqual(self.compared(lambda r: r.update(goes_with=["speed (14 %)"], next=["confirm it"])), {})
 
-    def test_a_further_cause_is_one_change(self):
-        self.assertEqual(list(changes(BLIND, lambda r: r["causes"].append(MOVED))), ["causes"])
+    def test_a_further_cause_is_told_once(self):
+        changed = self.compared(lambda r: r["causes"].append(MOVED))
+        self.assertEqual([what for what in changed if not what.startswith("judged")], ["causes"])
 
     def test_order_of_causes(self):
-        was = {**BLIND, "causes": [WIND, MOVED]}
-        self.assertEqual(list(changes(was, lambda r: r["causes"].reverse())), ["causes"])
+        both = {**DIAGNOSIS, "causes": [WIND, MOVED]}
+        swapped = {**DIAGNOSIS, "causes": [MOVED, WIND]}
+        name = "blind_imu/results/f/diagnosis"
+        changed = compare(self.results("before", **{name: both}), self.results("after", **{name: swapped})).changed
+        self.assertEqual([what for _, what, *_ in changed], ["causes"])
 
     def test_estimates_in_sigmas(self):
         def value(number, sigma=0.1):
-            return lambda r: r["causes"][0]["parameters"].update(w_x=[number, sigma])
-        self.assertEqual(changes(BLIND, value(1.04)), {})
-        self.assertIn("moved 0.60 sigmas", changes(BLIND, value(1.06))["wind.w_x"].note)
-        self.assertEqual(changes(BLIND, value(1.0, 0.108)), {})
-        self.assertEqual(list(changes(BLIND, value(1.0, 0.112))), ["wind.w_x"])
-        self.assertEqual(list(changes(BLIND, value(1.0, 0.089))), ["wind.w_x"])
+            return lambda r: r["causes"][0]["parameters"].update(w_x=estimate(number, sigma))
+        self.assertEqual(self.compared(value(1.04)), {})
+        self.assertIn("moved 0.60 sigmas", self.compared(value(1.06))["causes.wind.parameters.w_x"])
+        self.assertEqual(self.compared(value(1.0, 0.108)), {})
+        self.assertEqual(list(self.compared(value(1.0, 0.112))), ["causes.wind.parameters.w_x"])
+        self.assertEqual(list(self.compared(value(1.0, 0.089))), ["causes.wind.parameters.w_x"])
 
-    def test_status(self):
-        weak = {"K_x": [-0.5, 0.02, "weak"]}
-        self.assertEqual(list(changes(CALIBRATION, lambda r: r.update(parameters=weak))),
-                         ["parameters.K_x"])
+    def test_what_was_hidden_judges(self):
+        away = self.compared(lambda r: r["causes"][0]["parameters"].update(w_x=estimate(0.8, 0.1)))
+        self.assertIn("judged.parameters within 2 sigma", away)
 
-    def test_errors(self):
-        self.assertEqual(changes(CALIBRATION, lambda r: r["errors"].update({"vgd mean": 0.256})), {})
-        self.assertEqual(list(changes(CALIBRATION, lambda r: r["errors"].update({"vgd mean": 0.26}))),
-                         ["errors.vgd mean"])
-        self.assertEqual(list(changes(BLIND, lambda r: r["causes"][0].update(gain=[0.5, 0.4]))),
-                         ["wind.gain"])
+    def test_status_errors_and_counts(self):
+        def error(value):
+            return lambda r: r["arcs"]["final_point_error"].update(mean=value)
+        weak = self.compared(lambda r: r["parameters"]["K_x"].update(status="weak"), CALIBRATION)
+        self.assertEqual(list(weak), ["parameters.K_x"])
+        self.assertEqual(self.compared(error(0.256), CALIBRATION), {})
+        self.assertEqual(list(self.compared(error(0.26), CALIBRATION)), ["arcs.final_point_error.mean"])
+        self.assertEqual(list(self.compared(lambda r: r["arcs"].update(inside_95_ellipse=0.94), CALIBRATION)),
+                         ["arcs.inside_95_ellipse"])
+        self.assertEqual(list(self.compared(lambda r: r["causes"][0]["gain"].update(after=0.4))),
+                         ["causes.wind.gain.after"])
 
     def test_missing(self):
-        self.assertEqual([c.now for c in compare({"f": BLIND}, {}).changed], ["missing"])
-        self.assertEqual([c.was for c in compare({}, {"f": BLIND}).changed], ["missing"])
-        self.assertEqual(list(changes(CALIBRATION, lambda r: r["errors"].clear())),
-                         ["errors.vgd mean"])
+        was = self.results("before")
+        self.assertEqual({now for *_, now, _ in compare(was, {}).changed}, {"missing"})
+        self.assertEqual(compare(was, {}, some=True).changed, [])
 
     def test_speeds_never_change(self):
-        comparison = compare({"f": {"speeds": {"a": 1.0, "b": 1.0}}},
-                             {"f": {"speeds": {"a": 1.1, "b": 1.2}}})
-        self.assertEqual((len(comparison.changed), len(comparison.slower)), (0, 1))
-
-
-class Truth(unittest.TestCase):
-    def test_causes(self):
-        self.assertEqual(judged(lambda r: r["causes"].append(MOVED), "causes"), "worse")
-        self.assertEqual(judged(lambda r: r["causes"].clear(), "causes"), "worse")
-
-    def test_verdict(self):
-        self.assertEqual(judged(lambda r: r.update(verdict="unexplained"), "verdict"), "worse")
-
-    def test_value(self):
-        closer = judged(lambda r: r["causes"][0]["parameters"].update(w_x=[1.15, 0.1]), "wind.w_x")
-        self.assertEqual(closer, "2.0 -> 0.5 sigmas off the truth, better")
-
-    def test_a_move_of_the_other_gate_is_the_opposite(self):
-        hidden = {"id": "gate_moved", "gate": 0, "dx": -0.4, "dy": 0.0, "dz": 0.0}
-        was = {"hidden": [hidden], "verdict": "explained", "causes": [MOVED]}
-        now = copy.deepcopy(was)
-        now["causes"][0]["parameters"]["dx"] = [0.4, 0.05]
-        change, = compare({"f": was}, {"f": now}).changed
-        self.assertIn("2.0 -> 0.0 sigmas off the truth, better", judge_change(change, was, now))
-
-
-class Kept(unittest.TestCase):
-    def test_reads_what_it_wrote(self):
-        outcome = {"rates": {"both named": [8, 9]}, "flights": {"f, 1": BLIND, "g": CALIBRATION}}
-        with tempfile.TemporaryDirectory() as folder:
-            kept.write("part", outcome, Path(folder) / "kept")
-            self.assertEqual(kept.read("part", Path(folder) / "kept"), outcome)
-            self.assertEqual(kept.read("nothing", Path(folder)), {})
+        comparison = compare({"speed/vgd_bench/speed.yaml": {"a": 1.0, "b": 1.0}},
+                             {"speed/vgd_bench/speed.yaml": {"a": 1.1, "b": 1.2}})
+        self.assertEqual((comparison.changed, len(comparison.speeds)), ([], 1))
 
 
 if __name__ == "__main__":
