@@ -14,8 +14,6 @@ below which inspect names no lag, channels exactly. What has a result in OUT is 
 that a run that was killed goes on where it stopped. The table goes to standard output and
 OUT/faults.md.
 """
-import argparse
-import os
 import random
 import shlex
 import shutil
@@ -35,26 +33,17 @@ from faults_put import ACCEL, BESIDE, FAULTS, GYRO, PLACE
 from flights import FLIGHTS, ROTORS
 from measured_flights import convert, halves
 from native import QUATERNION, Log, inverse, product
-from program import SOURCE, app, clear_left_over, read_yaml, refuse_other_draw, refuse_other_program
+from program import SOURCE, app, clear_left_over, flags, read_yaml, refuse_other_draw, refuse_other_program
+from program import parse as parse_flags
 
 SIMULATED = ("hippodrome", "iros2016", "fast", "figure_eight")
 HARMFUL = ("fatal", "biases", "widens")
 
 
 def parse():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--build", type=Path, default=SOURCE / "build")
-    parser.add_argument("--work", type=Path, required=True)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--half", choices=("tune", "report", "all"), default="all")
-    parser.add_argument("--flights", help="only these, separated by commas")
-    parser.add_argument("--faults", default=",".join(FAULTS))
+    parser = flags(__doc__, seed=1, half=("all", "tune", "report"), flights="", faults=",".join(FAULTS))
     parser.add_argument("--beside", choices=sorted(BESIDE), help="an error that is in every log")
-    arguments = parser.parse_args()
-    arguments.data = Path(os.environ.get("TRUELINE_DATA", SOURCE.parent / "shared/data")).resolve()
-    arguments.build, arguments.work = arguments.build.resolve(), arguments.work.resolve()
-    return arguments
+    return parse_flags(parser)
 
 
 def names(arguments):

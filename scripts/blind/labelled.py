@@ -8,11 +8,9 @@ Reads labelled/crazypad, labelled/crazyswarm_thrust and nanobench of TRUELINE_DA
 run of labels flown with one set-up; its references are its mildest label, or the normal session
 that it followed. The table goes to standard output and OUT/labelled.md.
 """
-import argparse
 import csv
 import gzip
 import itertools
-import os
 import re
 import subprocess
 import sys
@@ -25,22 +23,18 @@ import yaml
 from scipy.signal import butter, filtfilt
 from scipy.stats import spearmanr
 
-SOURCE = Path(__file__).resolve().parents[2]
+sys.path.insert(1, str(Path(__file__).resolve().parents[1] / "freeze"))
+from program import SOURCE, flags
+from program import parse as parse_flags
+
 MILDEST = {"M12": "cut_M2_0.5mm_46.5mm", "E8": "cut_propeller_M3_0.5mm_46.5mm",
            "E9": "cut_propeller_M3_1mm_46mm"}
 G = 9.81
 
 
 def parse():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--build", type=Path, default=SOURCE / "build")
-    parser.add_argument("--work", type=Path, required=True)
-    parser.add_argument("--only", default="cuts,fleet,full")
-    parser.add_argument("--every", type=int, default=1, help="take every n-th flight to be judged")
-    parser.add_argument("--jobs", type=int, default=2)
-    arguments = parser.parse_args()
-    arguments.data = Path(os.environ.get("TRUELINE_DATA", SOURCE.parent / "shared/data")).resolve()
+    parser = flags(__doc__, only="cuts,fleet,full", every=1, jobs=2)
+    arguments = parse_flags(parser)
     if not (arguments.data / "labelled").is_dir():
         parser.error(f"no labelled flights at {arguments.data}; set TRUELINE_DATA")
     return arguments

@@ -10,7 +10,6 @@ logs), sealed/ (configurations, truth, what was hidden), results/ (diagnosis.yam
 table goes to standard output and WORK/table.md. Flights that have a result already are not flown
 again, so that a run that was killed goes on where it stopped.
 """
-import argparse
 import importlib
 import shutil
 import subprocess
@@ -22,7 +21,7 @@ import yaml
 
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1] / "freeze")]
 from judge import table
-from program import clear_left_over, refuse_other_draw, refuse_other_program
+from program import clear_left_over, flags, parse, refuse_other_draw, refuse_other_program
 from sizes import drawn_effects
 
 SOURCE = Path(__file__).resolve().parents[2]
@@ -86,16 +85,8 @@ def one(arguments, draw, flight):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--build", type=Path, default=SOURCE / "build")
-    parser.add_argument("--work", type=Path, required=True)
-    parser.add_argument("--flights", type=int, default=300)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--drive", choices=("imu", "rotors"), default="imu")
-    parser.add_argument("--fit", choices=("mocap", "fixes", "alone"), default="fixes",
-                        help="mocap as data, as a witness of a fit to fixes, or taken out of the log")
-    arguments = parser.parse_args()
+    arguments = parse(flags(__doc__, flights=300, seed=1, jobs=2, drive=("imu", "rotors"),
+                            fit=("fixes", "mocap", "alone")))
     draw = importlib.import_module({"imu": "draw", "rotors": "draw_rotors"}[arguments.drive])
     draw.EFFECTS.update(drawn_effects(arguments.build, arguments.drive))
     for folder in ("logs", "sealed", "results"):

@@ -15,7 +15,6 @@ that the air's effects are in every flight, in a form that no estimator has; cau
 describe them are not false. The table goes to standard output and WORK/table.md. Flights that have a
 result in WORK are not flown again, so that a run that was killed goes on where it stopped.
 """
-import argparse
 import csv
 import importlib
 import math
@@ -29,7 +28,7 @@ from pathlib import Path
 import yaml
 
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1] / "freeze")]
-from program import clear_left_over, refuse_other_draw, refuse_other_program
+from program import clear_left_over, flags, parse, refuse_other_draw, refuse_other_program
 from sizes import drawn_effects
 
 SOURCE = Path(__file__).resolve().parents[2]
@@ -168,18 +167,10 @@ def table(records):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--build", type=Path, default=SOURCE / "build")
-    parser.add_argument("--work", type=Path, required=True)
-    parser.add_argument("--flights", type=int, default=100)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--drive", choices=("imu", "rotors"), default="imu")
-    parser.add_argument("--blades", action="store_true")
-    arguments = parser.parse_args()
+    parser = flags(__doc__, flights=100, seed=1, jobs=2, drive=("imu", "rotors"), blades=False)
+    arguments = parse(parser)
     if arguments.blades and arguments.drive != "rotors":
         parser.error("--blades needs --drive=rotors")
-    arguments.build, arguments.work = arguments.build.resolve(), arguments.work.resolve()
     arguments.work.mkdir(parents=True, exist_ok=True)
     refuse_other_program(arguments)
     refuse_other_draw(arguments.work, {name: getattr(arguments, name) for name in DRAW})

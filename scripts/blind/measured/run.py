@@ -11,9 +11,7 @@ the untouched flight. The table goes to standard output and OUT/table.md, all tr
 OUT/trials.yaml. What has a result in OUT is not run again, so that a run that was killed goes on
 where it stopped. See README.md of scripts/blind.
 """
-import argparse
 import itertools
-import os
 import random
 import shutil
 import sys
@@ -31,7 +29,8 @@ from draw_hidden import ABSORBED, NEEDS, can_show, draw_absorbed, draw_effect
 from judge_measured import judge_trial, table
 from measured_flights import HIDDEN_IN, ROTOR_CONFIGS, convert, has_sampled_fixes, second_flight, usable
 from native import Log
-from program import SOURCE, app, read_yaml, refuse_other_draw, refuse_other_program, run_once
+from program import SOURCE, app, flags, read_yaml, refuse_other_draw, refuse_other_program, run_once
+from program import parse as parse_flags
 from sizes import drawn_effects
 
 DRAW = ("seed", "half", "drive", "fits", "flights", "effects", "against")
@@ -39,24 +38,13 @@ FITS = {"imu": ["mocap", "fixes"], "rotors": ["mocap"]}
 
 
 def parse(description=__doc__):
-    parser = argparse.ArgumentParser(description=description,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--build", type=Path, default=SOURCE / "build")
-    parser.add_argument("--work", type=Path, required=True, help="folder of the runs")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--count", type=int, default=200, help="trials")
-    parser.add_argument("--jobs", type=int, default=2, help="diagnoses at a time")
-    parser.add_argument("--half", choices=("tune", "report", "all"), default="tune",
-                        help="of the measured flights; nothing may be tuned on `report`")
-    parser.add_argument("--drive", choices=("imu", "rotors"), default="imu")
+    parser = flags(description, seed=1, count=200, jobs=2, half=("tune", "report", "all"), drive=("imu", "rotors"))
     parser.add_argument("--fits", help="mocap, fixes, or alone: fixes of a log without mocap")
     parser.add_argument("--flights", help="only these, separated by commas")
     parser.add_argument("--effects", help="only these, separated by commas")
     parser.add_argument("--against", action="store_true",
                         help="judge --against another untouched flight of the vehicle; the trials are the same")
-    arguments = parser.parse_args()
-    arguments.data = Path(os.environ.get("TRUELINE_DATA", SOURCE.parent / "shared/data")).resolve()
-    arguments.build, arguments.work = arguments.build.resolve(), arguments.work.resolve()
+    arguments = parse_flags(parser)
     arguments.fits = arguments.fits.split(",") if arguments.fits else FITS[arguments.drive]
     if not arguments.data.is_dir():
         parser.error(f"no measured flights at {arguments.data}; set TRUELINE_DATA")
