@@ -1,4 +1,4 @@
-"""The page of trueline-diagnose --against: what is named, the trims, and all that was tried."""
+"""The page of trueline diagnose --against: what is named, the trims, and all that was tried."""
 import numpy as np
 import plotly.graph_objects as go
 

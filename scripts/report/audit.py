@@ -1,17 +1,15 @@
-"""The page of trueline-audit: what a simulator's file gets wrong, what it costs, what was not judged."""
+"""The page of trueline audit: what a simulator's file gets wrong, what it costs, what was not judged."""
 from pathlib import Path
 
 from page import Page, escape, paragraph, verdict
 from tables import number, table, tiles, with_sigma
 from yaml_file import read_mapping
 
-VERB_HELP = "the result of trueline-audit"
-PROGRAM = "trueline-audit"
 HORIZONS = (0.25, 0.5, 1.0)
 
 
 def build(arguments):
-    result = read_mapping(arguments.result / "audit.yaml", "run trueline-audit first")
+    result = read_mapping(arguments.result / "audit.yaml")
     page = Page("Audit of a simulator", str(result.get("simulator", "")))
     page.add("contradicted", "Result", *_contradicted(result))
     if result.get("before"):

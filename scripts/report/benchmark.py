@@ -1,4 +1,4 @@
-"""The page of trueline-benchmark: figures 11 to 13 of Li et al. 2019 and the sweeps, with the
+"""The page of trueline benchmark: figures 11 to 13 of Li et al. 2019 and the sweeps, with the
 paper's figures beside ours."""
 import plots_benchmark as plots
 import plots_over_time as over_time
@@ -8,9 +8,6 @@ from benchmark_sections import (convergence_table, failures, group_table, headli
 from calibration_sections import provenance
 from charts import embed
 from page import Page, paragraph
-
-VERB_HELP = "the result of trueline-benchmark"
-PROGRAM = "trueline-benchmark"
 
 
 def build(arguments):

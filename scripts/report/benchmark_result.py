@@ -1,4 +1,4 @@
-"""Reading of what trueline-benchmark writes."""
+"""Reading of what trueline benchmark writes."""
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +8,6 @@ import charts
 from csv_table import empty_table, read_table
 from yaml_file import read_mapping
 
-REMEDY = "--result must be a folder that trueline-benchmark has written"
 HEADLINE_GAMMA = 3  # of the paper's comparison (figs. 12 and 13)
 
 
@@ -60,12 +59,12 @@ class Benchmark:
 
 def read_benchmark(folder):
     folder = Path(folder)
-    summary = read_mapping(folder / "summary.yaml", REMEDY)
+    summary = read_mapping(folder / "summary.yaml")
     arcs = read_table(
         folder / "arcs.csv",
         numbers=["gamma", "tau", "t_start", "t_end", "final_point_error", "predicted_sigma",
                  "iterations", "solve_time", "sweep", "seed", "inside_95", "counted", "bound"],
-        texts=["log", "estimator", "label", "truth"], remedy=REMEDY)
+        texts=["log", "estimator", "label", "truth"])
     counted = arcs[(arcs.counted == 1) & arcs.final_point_error.notna()]
     return Benchmark(
         summary, counted, arcs,

@@ -1,4 +1,4 @@
-"""The page of trueline-calibrate: verdict, parameters, track, errors, residuals, provenance."""
+"""The page of trueline calibrate: verdict, parameters, track, errors, residuals, provenance."""
 from pathlib import Path
 
 import plots_arcs
@@ -12,9 +12,6 @@ from charts import embed
 from flight_log import read_log
 from page import Page, paragraph
 from truth_file import read_truth
-
-VERB_HELP = "the result of trueline-calibrate"
-PROGRAM = "trueline-calibrate"
 
 
 def add_arguments(parser):

@@ -1,4 +1,4 @@
-"""The result folder of trueline-calibrate."""
+"""The result folder of trueline calibrate."""
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +8,6 @@ from csv_table import empty_table, read_table
 from errors import ReportError
 from yaml_file import read_mapping
 
-REMEDY = "--result must be a folder that trueline-calibrate has written"
 RUN = ["gamma", "tau"]
 TABLES = {  # name: (columns of numbers, columns of text)
     "arcs": (RUN + ["t_start", "t_end", "final_point_error", "predicted_sigma", "iterations",
@@ -54,7 +53,7 @@ def read_calibration(directory):
     the tables; they are empty then."""
     directory = Path(directory)
     path = directory / "calibration.yaml"
-    summary = read_mapping(path, REMEDY)
+    summary = read_mapping(path)
     if summary.get("verdict") not in ("usable", "poor", "unusable"):
         raise ReportError(f"{path}: 'verdict' is {summary.get('verdict')!r}; expected usable, "
                           "poor or unusable")
@@ -64,7 +63,7 @@ def read_calibration(directory):
         if summary["verdict"] == "unusable" and not file.exists():
             tables[name] = empty_table(numbers, texts)
         else:
-            tables[name] = read_table(file, numbers, texts, REMEDY)
+            tables[name] = read_table(file, numbers, texts)
     return CalibrationResult(summary, **_since_start(tables))
 
 

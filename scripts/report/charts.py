@@ -3,6 +3,7 @@ import html
 
 import numpy as np
 import plotly.graph_objects as go
+from plotly.subplots import make_subplots
 
 COLOURS = {"vgd": "#1f6feb", "vgd_kinematic": "#e07b00", "ekf": "#b0389a", "smoother": "#15803d"}
 SPARE_COLOURS = ["#0e7490", "#7c4a03", "#64748b", "#be123c"]
@@ -30,13 +31,18 @@ def unit_label(name, unit):
     return f"{html.escape(name)} [{html.escape(unit)}]" if unit else html.escape(name)
 
 
+def legend_at(y):
+    """A row of entries whose lower edge is at y, in heights of the plot."""
+    return dict(orientation="h", x=0, y=y, xanchor="left", yanchor="bottom")
+
+
 def style(figure, height, **layout):
     """The look of every chart."""
     figure.update_layout(
         template="none", height=height, font=dict(family=FONT, size=13, color=INK),
         margin=dict(l=64, r=16, t=36, b=48), hovermode="closest", paper_bgcolor="#fff",
         plot_bgcolor="#fff", hoverlabel=dict(font=dict(family=FONT, size=12)),
-        legend=dict(orientation="h", x=0, y=1.0, xanchor="left", yanchor="bottom"))
+        legend=legend_at(1.0))
     figure.update_xaxes(gridcolor=GRID, zeroline=False, linecolor="#c6cfda", showline=True,
                         title_standoff=8, title_font=dict(size=13))
     figure.update_yaxes(gridcolor=GRID, zeroline=False, linecolor="#c6cfda", showline=True,
@@ -45,6 +51,16 @@ def style(figure, height, **layout):
     figure.update_yaxes(exponentformat="power")  # not 600µ kg m^2
     figure.update_layout(**layout)
     return figure
+
+
+def small_multiples(titles, above, y):
+    """Three panels a row: the figure, and row and column of each. `above`: px; `y`: of the legend, by rows."""
+    rows = -(-len(titles) // 3)
+    figure = make_subplots(rows=rows, cols=3, vertical_spacing=0.30 / rows, horizontal_spacing=0.07,
+                           subplot_titles=titles)
+    style(figure, above + 210 * rows, legend=legend_at(1 + y / rows), margin=dict(l=64, r=16, t=64, b=48))
+    figure.update_annotations(font=dict(size=13, color=INK))
+    return figure, [dict(row=i // 3 + 1, col=i % 3 + 1) for i in range(len(titles))], rows
 
 
 def embed(figure, identifier):
@@ -81,6 +97,27 @@ def split_at_gaps(frame, longest):
     """Pieces of a stream between gaps longer than `longest` seconds."""
     cuts = np.flatnonzero(np.diff(frame.t.to_numpy()) > longest) + 1
     return [piece for piece in np.split(frame, cuts) if len(piece)]
+
+
+def band(x, low, high, colour_, opacity, **more):
+    """The area between two curves."""
+    return go.Scatter(x=[*x, *x[::-1]], y=[*high, *low[::-1]], fill="toself", mode="none",
+                      fillcolor=rgba(colour_, opacity), hoverinfo="skip", **more)
+
+
+def rgba(colour_, opacity):
+    return "rgba(%d,%d,%d,%g)" % (*(int(colour_[i:i + 2], 16) for i in (1, 3, 5)), opacity)
+
+
+def mean_and_median(groups, shift, colour_, before, unit):
+    """Of values by gamma: lines join the means, diamonds are medians. `before`: of the entries' names."""
+    mean, median = groups.mean(), groups.median()
+    return [go.Scatter(x=mean.index + shift, y=rounded(mean), mode="lines+markers", line=dict(color=colour_, width=2),
+                       marker=dict(size=8), name=f"{before}mean",
+                       hovertemplate=f"{before}mean{':' if before else ''} %{{y:.3~f}} {unit}<extra></extra>"),
+            go.Scatter(x=median.index + shift, y=rounded(median), mode="markers", name=f"{before}median",
+                       marker=dict(color="#fff", size=9, symbol="diamond", line=dict(color=colour_, width=2)),
+                       hovertemplate=f"{before}median{':' if before else ''} %{{y:.3~f}} {unit}<extra></extra>")]
 
 
 def lines(x, y, name, colour_, dash="solid", width=2, **more):

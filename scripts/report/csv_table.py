@@ -11,7 +11,7 @@ FACTORS = {"cm": 0.01, "mm": 0.001, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 HEADER = re.compile(r"^\s*(?P<name>\S+?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*$")
 
 
-def read_table(path, numbers, texts=(), remedy="", may_be_cut_off=False):
+def read_table(path, numbers, texts=(), remedy="give the folder of a finished run", may_be_cut_off=False):
     """A data frame with the columns `numbers` (float, NaN where the field is empty) and `texts`.
 
     Columns may stand in any order; others are ignored. With `may_be_cut_off` a last line without
@@ -27,7 +27,7 @@ def read_table(path, numbers, texts=(), remedy="", may_be_cut_off=False):
         lines = _count_whole_lines(path) - 1 if may_be_cut_off else None
         frame = _read_columns(path, names, numbers, texts, lines)
     except FileNotFoundError as error:
-        raise ReportError(f"{path}: no such file{'; ' + remedy if remedy else ''}") from error
+        raise ReportError(f"{path}: no such file; {remedy}") from error
     except (pd.errors.ParserError, UnicodeDecodeError, OSError) as error:
         raise ReportError(f"{path}: {str(error).strip()}") from error
     for name in numbers:

@@ -1,4 +1,4 @@
-"""The page of trueline-design: score, path, speeds and limits of the designed flight."""
+"""The page of trueline design: score, path, speeds and limits of the designed flight."""
 import math
 
 import plotly.graph_objects as go
@@ -11,17 +11,14 @@ from page import Page, escape, paragraph
 from tables import number, table, tiles
 from yaml_file import read_mapping
 
-VERB_HELP = "the result of trueline-design"
-PROGRAM = "trueline-design"
 STATES = ["t", "x", "y", "z", "yaw", "qw", "qx", "qy", "qz", "wx", "wy", "wz"]
 RPM = 30 / math.pi
 
 
 def build(arguments):
-    remedy = "run trueline-design first"
-    score = read_mapping(arguments.result / "score.yaml", remedy)
+    score = read_mapping(arguments.result / "score.yaml")
     path = arguments.result / "trajectory.csv"
-    flight = read_table(path, STATES + _rotors(path), remedy=remedy)
+    flight = read_table(path, STATES + _rotors(path))
     page = Page("Designed flight", f"to show {', '.join(score['show'])}")
     page.add("score", "Score", *_score(score))
     page.add("path", "Path", paragraph("NED earth frame, height upwards; coloured by time.", "note"),

@@ -1,4 +1,4 @@
-"""The page of trueline-diagnose: verdict, causes, misfit, everything that was tried, residuals."""
+"""The page of trueline diagnose: verdict, causes, misfit, everything that was tried, residuals."""
 import plotly.graph_objects as go
 
 import against_sections
@@ -10,8 +10,6 @@ from page import Page, details, escape, paragraph, sentence, verdict
 from tables import badge, bullets, number, table, tiles, with_sigma
 from yaml_file import read_mapping
 
-VERB_HELP = "the result of trueline-diagnose"
-PROGRAM = "trueline-diagnose"
 VERDICTS = {"clean": "Nothing of the catalogue shows in this flight; the table says what would have.",
             "explained": "The causes below explain what the model gets wrong, with what they gain.",
             "ambiguous": "Something is wrong, and more than one effect would explain it.",
@@ -25,7 +23,7 @@ WITNESS = {"confirms": "another stream shows it directly", "refutes": "another s
 
 def build(arguments):
     path = arguments.result / "diagnosis.yaml"
-    result = read_mapping(path, "run trueline-diagnose first")
+    result = read_mapping(path)
     if result.get("verdict") not in VERDICTS:
         raise ReportError(f"{path}: 'verdict' is missing or not known")
     page = Page("Diagnosis", str(result.get("provenance", {}).get("log", "")))
@@ -196,7 +194,7 @@ def _gains(node):
         interval = "too few for an interval"
         if "interval95" in gain:
             low, high = gain["interval95"]
-            interval = f"95 % of the gain: {number(low)} to {number(high)} {unit}"
+            interval = f"95 % interval of the gain: {number(low)} to {number(high)} {unit}"
         blocks.append(paragraph(f"{held_out}: {number(gain['before'])} {unit} before, "
                                 f"{number(gain['after'])} {unit} after ({interval})."))
     return blocks

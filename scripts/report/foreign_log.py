@@ -12,8 +12,6 @@ import pandas as pd
 from csv_table import read_table
 from page import Document
 
-VERB_HELP = "a native log, as another program would have logged the flight"
-PROGRAM = "trueline-simulate or trueline-convert"
 G = 9.80665  # m/s^2
 FLIP = np.array([1.0, -1.0, -1.0])  # forward-right-down to forward-left-up, and north-east-down to north-west-up
 HOME = (47.0, 8.0, 400.0)  # of position 0 0 0: latitude and longitude in deg, height in m

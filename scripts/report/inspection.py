@@ -1,4 +1,4 @@
-"""The page of trueline-inspect: findings, what was compared, each stream, and what was not checked."""
+"""The page of trueline inspect: findings, what was compared, each stream, and what was not checked."""
 from pathlib import Path
 
 import plots_inspection
@@ -7,8 +7,6 @@ from page import Page, details, escape, paragraph, verdict
 from tables import bullets, number, table, with_sigma
 from yaml_file import read_mapping
 
-VERB_HELP = "the result of trueline-inspect"
-PROGRAM = "trueline-inspect"
 # Levels by the badges of the style sheet.
 BADGES = {"fatal": "unusable", "biases": "at_bound", "widens": "weak", "note": "identified"}
 LEVELS = ("fatal: no calibration is possible, or each is wrong. biases: parameters come out wrong by "
@@ -29,7 +27,7 @@ def add_arguments(parser):
 
 
 def build(arguments):
-    result = read_mapping(arguments.result / "inspection.yaml", "run trueline-inspect first")
+    result = read_mapping(arguments.result / "inspection.yaml")
     streams = plots_inspection.read_streams(arguments.log) if arguments.log else {}
     findings = result.get("findings") or []
     page = Page("Inspection of a log", str(result.get("log", "")))

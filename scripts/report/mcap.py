@@ -16,8 +16,6 @@ from page import Document
 from path_of_result import log_of, read_path, unwrapped
 from yaml_file import read_mapping
 
-VERB_HELP = "the result of trueline-calibrate or trueline-diagnose, as MCAP"
-PROGRAM = "trueline-calibrate or trueline-diagnose"
 MOST_POSES = 4000
 CHI_SQUARE_95 = 5.991  # of two degrees of freedom
 NED_IN_WORLD = {"x": math.sqrt(0.5), "y": math.sqrt(0.5), "z": 0.0, "w": 0.0}

@@ -4,12 +4,9 @@ from plotly.subplots import make_subplots
 import charts
 from csv_table import read_table
 from page import Page, escape, paragraph
-from tables import number, table, with_sigma
+from tables import fitted_numbers, number, table
 from yaml_file import read_mapping
 
-VERB_HELP = "the result of trueline-benchmark for kind: multi_step"
-PROGRAM = "trueline-benchmark"
-REMEDY = "--result must be a folder that trueline-benchmark has written"
 QUANTITIES = {"p": "Position [m]", "v": "Velocity [m/s]", "R": "Attitude [rad]", "w": "Rate [rad/s]"}
 HORIZONS = ("h1", "h10", "h50", "sum")
 PAIRS = (("p", "v"), ("R", "w"))  # of quantities that a table holds: four are wider than a screen
@@ -20,9 +17,9 @@ AVERAGES = {
 
 
 def build(arguments):
-    summary = read_mapping(arguments.result / "summary.yaml", REMEDY)
+    summary = read_mapping(arguments.result / "summary.yaml")
     horizons = read_table(arguments.result / "horizons.csv", ["horizon", *QUANTITIES],
-                          ["trajectory", "predictor", "average"], REMEDY)
+                          ["trajectory", "predictor", "average"])
     page = Page(str(summary["name"]), str(summary.get("about", "")))
     trained = summary.get("folds") or {}
     page.add("scores", "Mean absolute errors", paragraph(
@@ -39,7 +36,7 @@ def build(arguments):
     if summary.get("tubes"):
         page.add("tubes", "What the tubes hold", *_tubes(summary["tubes"]), paragraph(
             "Share of a trajectory's windows whose error is inside the radius that predictions.csv states.", "note"))
-    page.add("numbers", "Numbers of the model", _numbers(summary["fit"], trained), paragraph(
+    page.add("numbers", "Numbers of the model", fitted_numbers(summary["fit"]["numbers"], trained), paragraph(
         "One standard deviation by the spread between runs, or between trajectories where that is "
         "more. The last columns: the fits that leave out one trajectory.", "note"))
     page.add("processes", "Numbers of the attitude processes", _processes(summary["fit"]))
@@ -101,19 +98,6 @@ def _curves(part, title):
     figure.update_layout(margin=dict(t=120), legend=dict(y=1.2))
     figure.update_xaxes(title_text="Step of 10 ms")
     return figure
-
-
-def _numbers(fit, folds):
-    headers = [("Number", False), ("Value", True), ("Unit", False), ("Status", False),
-               ("Meaning", False), *((f"without {name}", True) for name in folds)]
-    rows = []
-    for name, entry in fit["numbers"].items():
-        fitted = entry["status"] == "fitted"
-        value = with_sigma(entry["value"], entry["sigma"]) if fitted else number(entry["value"])
-        rows.append([f"<code>{escape(name)}</code>", value, escape(entry["unit"]),
-                     escape(entry["status"]), escape(entry["about"]),
-                     *(number(fold["numbers"][name]["value"]) for fold in folds.values())])
-    return table(headers, rows)
 
 
 def _processes(fit):

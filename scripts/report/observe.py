@@ -1,18 +1,16 @@
-"""The page of trueline-observe: one matrix of all cases, then each case by itself."""
+"""The page of trueline observe: one matrix of all cases, then each case by itself."""
 import math
 from errors import ReportError
 from page import Page, escape, paragraph
 from tables import badge, bullets, number, table
 from yaml_file import read_mapping
 
-VERB_HELP = "the result of trueline-observe"
-PROGRAM = "trueline-observe"
 STATUS = {"ok": ("identified", "ok"), "unobservable": ("unobservable", "u")}
 
 
 def build(arguments):
     path = arguments.result / "observability.yaml"
-    result = read_mapping(path, "run trueline-observe first")
+    result = read_mapping(path)
     cases = result.get("cases")
     if not cases:
         raise ReportError(f"{path}: holds no cases")

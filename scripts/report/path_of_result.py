@@ -29,7 +29,7 @@ def read_path(result, log):
         path = read_table(file, PATH + ATTITUDE, ["kind"])
         source = "as fitted"
     except ReportError:
-        path = read_table(file, PATH, ["kind"], "give the result folder of trueline-calibrate")
+        path = read_table(file, PATH, ["kind"], "give the result folder of trueline calibrate")
         source = "as logged"
     if (path.kind == "smoothed").any():
         path = path[path.kind == "smoothed"]

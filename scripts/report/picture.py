@@ -15,8 +15,6 @@ from plots_track import ellipse_95
 from tables import number, with_sigma
 from yaml_file import read_mapping
 
-VERB_HELP = "the result of trueline-diagnose or trueline-calibrate, as an SVG picture"
-PROGRAM = "trueline-diagnose or trueline-calibrate"
 GOOD = "#1a7f4b"
 PANEL, MARGIN, HEAD, LINE, FOOT = 430, 24, 62, 18, 40  # px
 LETTERS = 54   # of a line below a panel's title
@@ -28,7 +26,7 @@ POINTS = 60    # of an arc
 def build(arguments):
     if (arguments.result / "calibration.yaml").exists():
         return Forecasts(read_calibration(arguments.result))
-    result = read_mapping(arguments.result / "diagnosis.yaml", "run trueline-diagnose or trueline-calibrate first")
+    result = read_mapping(arguments.result / "diagnosis.yaml")
     columns = ["horizon", "x", "y"] + [f"{axis}_{when}" for axis in ("north", "east")
                                        for when in ("before", "after")]
     rows = read_table(arguments.result / "misfit.csv", columns)

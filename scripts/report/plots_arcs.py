@@ -75,16 +75,7 @@ def _add_distribution(figure, estimator, rows, column, subplot, shift, unit):
                    mode="markers", marker=dict(color=colour, size=5, opacity=0.35),
                    name=f"{name}, arcs", customdata=rows.tau,
                    hovertemplate=f"{name}, arc %{{customdata}}: %{{y:.3~f}} {unit}<extra></extra>"),
-        go.Scatter(x=groups.mean().index + shift, y=charts.rounded(groups.mean()),
-                   mode="lines+markers", line=dict(color=colour, width=2), marker=dict(size=8),
-                   name=f"{name}, mean",
-                   hovertemplate=f"{name}, mean: %{{y:.3~f}} {unit}<extra></extra>"),
-        go.Scatter(x=groups.median().index + shift, y=charts.rounded(groups.median()),
-                   mode="markers", marker=dict(color="#fff", size=9, symbol="diamond",
-                                               line=dict(color=colour, width=2)),
-                   name=f"{name}, median",
-                   hovertemplate=f"{name}, median: %{{y:.3~f}} {unit}<extra></extra>"),
-    ]
+        *charts.mean_and_median(groups, shift, colour, f"{name}, ", unit)]
     for trace in traces:
         trace.update(legendgroup=trace.name, showlegend=first)
         figure.add_trace(trace, row=1, col=subplot)

@@ -14,10 +14,6 @@ MOST_DOTS = 1500  # of one panel
 DASHES = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"]
 
 
-def _rgba(colour, opacity):
-    return "rgba(%d,%d,%d,%g)" % (*(int(colour[i:i + 2], 16) for i in (1, 3, 5)), opacity)
-
-
 def _most(rows, column="final_point_error"):
     """Upper end of an axis: far outliers stay outside of the picture."""
     return 1.15 * float(rows[column].quantile(0.99)) if len(rows) else 1.0
@@ -63,13 +59,7 @@ def _distribution(figure, rows, column, colour, row, subplot):
     for trace in [
             go.Scatter(x=rounded(dots.gamma + spread), y=rounded(dots[column]), mode="markers",
                        name="arcs", marker=dict(color=DOTS, size=4), hoverinfo="skip"),
-            go.Scatter(x=groups.mean().index, y=rounded(groups.mean()), mode="lines+markers",
-                       name="mean", line=dict(color=colour, width=2), marker=dict(size=8),
-                       hovertemplate=f"mean %{{y:.3~f}} {unit}<extra></extra>"),
-            go.Scatter(x=groups.median().index, y=rounded(groups.median()), mode="markers",
-                       name="median", marker=dict(color="#fff", size=9, symbol="diamond",
-                                                  line=dict(color=colour, width=2)),
-                       hovertemplate=f"median %{{y:.3~f}} {unit}<extra></extra>")]:
+            *charts.mean_and_median(groups, 0, colour, "", unit)]:
         trace.update(legendgroup=trace.name, showlegend=first)
         figure.add_trace(trace, row, subplot)
 
@@ -77,10 +67,8 @@ def _distribution(figure, rows, column, colour, row, subplot):
 def _band(figure, label, x, low, middle, high, colour, show, place):
     """A median with its interquartile band."""
     name = html.escape(label)
-    figure.add_trace(go.Scatter(
-        x=[*x, *x[::-1]], y=rounded([*high, *low[::-1]]), fill="toself", mode="lines", name=name,
-        line=dict(width=0), fillcolor=_rgba(colour, 0.15), hoverinfo="skip", legendgroup=name,
-        showlegend=False), *place)
+    figure.add_trace(charts.band(x, rounded(low), rounded(high), colour, 0.15, name=name, legendgroup=name,
+                                 showlegend=False), *place)
     figure.add_trace(go.Scatter(
         x=x, y=rounded(middle), mode="lines+markers", name=name, line=dict(color=colour, width=2),
         marker=dict(size=6), legendgroup=name, showlegend=show,
@@ -99,8 +87,7 @@ def _panels(result, title):
         len(result.logs) + 3), subplot_titles=[html.escape(x) for x in result.logs]
         if len(result.logs) > 1 else None)
     charts.style(figure, 120 + 280 * len(result.logs), margin=dict(l=64, r=16, t=64, b=48),
-                 legend=dict(orientation="h", x=0, y=1.0 + 0.11 / len(result.logs),
-                             xanchor="left", yanchor="bottom"))
+                 legend=charts.legend_at(1.0 + 0.11 / len(result.logs)))
     figure.update_xaxes(title_text=title, row=len(result.logs))
     figure.update_yaxes(title_text="Final-point error [m]")
     return figure
@@ -198,8 +185,8 @@ def track(result):
         place = (index // columns + 1, index % columns + 1)
         _add_flown(figure, truth, fixes, index == 0, place)
         _add_estimated(figure, paths[paths.label == label], result.colour(label), index == 0, place)
-    charts.style(figure, 80 + 420 * rows, margin=dict(l=64, r=16, t=84, b=48), legend=dict(
-        orientation="h", x=0, y=1.0 + 0.1 / rows, xanchor="left", yanchor="bottom"))
+    charts.style(figure, 80 + 420 * rows, margin=dict(l=64, r=16, t=84, b=48),
+                 legend=charts.legend_at(1.0 + 0.1 / rows))
     span, margin = truth if len(truth) else fixes, 1.0
     for index in range(len(labels)):
         figure.update_xaxes(range=[span.y.min() - margin, span.y.max() + margin],
@@ -263,8 +250,7 @@ def convergence(result):
                 figure.add_trace(_share_converged(times, name, result.colour(label), dash,
                                                   name not in named), 1, column)
                 named.add(name)
-    charts.style(figure, 380, margin=dict(l=64, r=16, t=72, b=48), legend=dict(
-        orientation="h", x=0, y=1.12, xanchor="left", yanchor="bottom"))
+    charts.style(figure, 380, margin=dict(l=64, r=16, t=72, b=48), legend=charts.legend_at(1.12))
     figure.update_xaxes(title_text="Time since the first fix [s]", rangemode="tozero")
     figure.update_yaxes(range=[0, 1.02], tickformat=".0%")
     figure.update_yaxes(title_text="Flights converged", col=1)

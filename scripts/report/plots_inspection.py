@@ -173,7 +173,7 @@ def spectra(streams, axes):
             figure.add_trace(charts.lines([line, line], [lowest, highest], f"{number(line)} Hz", REFERENCE, "dot"),
                              row, 1)
         figure.update_yaxes(title_text=what, row=row, col=1)
-    charts.style(figure, 520, legend=dict(orientation="h", x=0, y=1.02, xanchor="left", yanchor="bottom"))
+    charts.style(figure, 520, legend=charts.legend_at(1.02))
     figure.update_xaxes(type="log")
     figure.update_xaxes(title_text="frequency [Hz]", row=2)
     figure.update_yaxes(type="log")

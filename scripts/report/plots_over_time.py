@@ -86,10 +86,8 @@ def estimates(result, names):
 def _add_band(figure, history, label, colour, show, row):
     name = html.escape(label)
     t, value, sigma = (rounded(history[c], 6) for c in ("t", "value", "sigma"))
-    figure.add_trace(go.Scatter(
-        x=[*t, *t[::-1]], y=[*(value + sigma), *(value - sigma)[::-1]], fill="toself", mode="none",
-        fillcolor=colour, opacity=0.12, legendgroup=name, showlegend=False, hoverinfo="skip"),
-        row, 1)
+    figure.add_trace(charts.band(t, value - sigma, value + sigma, colour, 0.12, legendgroup=name,
+                                 showlegend=False), row, 1)
     figure.add_trace(charts.lines(t, value, name, colour, width=2, legendgroup=name,
                                   showlegend=show), row, 1)
 

@@ -1,11 +1,9 @@
 """Parameters by window with their 95 % intervals, as small multiples."""
 import numpy as np
 import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
 import charts
 
-COLUMNS, ROW_HEIGHT = 3, 210
 SYMBOLS = {"identified": "circle", "weak": "circle-open", "unobservable": "x-thin-open",
            "at_bound": "triangle-up-open"}
 WITHOUT_INTERVAL = ["unobservable", "at_bound"]  # their sigma is not one of an estimate
@@ -15,14 +13,10 @@ def parameters_by_window(result, truth=None):
     truth = truth or {}
     windows = result.windows[result.windows.gamma == result.gamma].dropna(subset=["value"])
     parameters = list(dict.fromkeys(windows.parameter))
-    rows = -(-len(parameters) // COLUMNS)
     units = dict(zip(windows.parameter, windows.unit))
-    figure = make_subplots(
-        rows=rows, cols=COLUMNS, shared_xaxes=False, vertical_spacing=0.30 / rows,
-        horizontal_spacing=0.07,
-        subplot_titles=[charts.unit_label(p, units[p]) for p in parameters])
-    for index, parameter in enumerate(parameters):
-        where = dict(row=index // COLUMNS + 1, col=index % COLUMNS + 1)
+    figure, places, rows = charts.small_multiples([charts.unit_label(p, units[p]) for p in parameters], 90, 32 / 210)
+    figure.update_layout(margin=dict(l=52))
+    for index, (parameter, where) in enumerate(zip(parameters, places)):
         group = windows[windows.parameter == parameter]
         for estimator, history in group.groupby("estimator", sort=False):
             figure.add_trace(_history(estimator, history, index == 0), **where)
@@ -30,10 +24,6 @@ def parameters_by_window(result, truth=None):
         for value in known:
             figure.add_hline(y=value, line=dict(color=charts.TRUTH, dash="dash", width=2), **where)
         figure.update_yaxes(range=_value_range(group, known), **where)
-    charts.style(figure, 90 + ROW_HEIGHT * rows, margin=dict(l=52, r=16, t=64, b=48),
-                 legend=dict(orientation="h", x=0, y=1 + 32 / (ROW_HEIGHT * rows),
-                             xanchor="left", yanchor="bottom"))
-    figure.update_annotations(font=dict(size=13, color=charts.INK))
     figure.update_xaxes(title_text="End of window, from the first fix [s]", row=rows)
     return figure
 

@@ -3,9 +3,8 @@
 
     report.py calibration --result=DIR --log=LOGDIR --out=FILE
 
-Each verb is a module with VERB_HELP, PROGRAM (which has written --result) and build(arguments) ->
-Document; add_arguments(parser) where it needs more. The page is written under a temporary name and
-renamed. Exit codes: 0 done, 2 bad input or usage.
+Each verb is a module with build(arguments) -> Document; add_arguments(parser) where it needs more.
+The page is written under a temporary name and renamed. Exit codes: 0 done, 2 bad input or usage.
 """
 import argparse
 import importlib
@@ -28,9 +27,9 @@ def parse_arguments(argv):
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     for verb in VERBS:
         module = importlib.import_module(verb)
-        sub = verbs.add_parser(verb, help=module.VERB_HELP)
+        sub = verbs.add_parser(verb, help=module.__doc__.split(":")[0])
         sub.add_argument("--result", required=True, type=Path,
-                         help=f"the folder that {module.PROGRAM} has written")
+                         help="the folder of a result or, to write a foreign log, a native log")
         if hasattr(module, "add_arguments"):
             module.add_arguments(sub)
         sub.add_argument("--out", required=True, type=Path, help="the file to write")

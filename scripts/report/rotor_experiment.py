@@ -1,6 +1,4 @@
 """The page of an experiment with rotor-driven flights: figures 1 and 3 of Boehm et al. 2020."""
-import numpy as np
-import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 import charts
@@ -9,9 +7,6 @@ from page import Page, escape, paragraph
 from tables import number, percent, table
 from yaml_file import read_mapping
 
-VERB_HELP = "the result of trueline-benchmark for drive: rotors"
-PROGRAM = "trueline-benchmark"
-REMEDY = "--result must be a folder that trueline-benchmark has written"
 AXES = {"x": "#1f6feb", "y": "#c0312b", "z": "#15803d"}
 KINDS = ["#c0312b", "#8a94a3", "#1f6feb", "#15803d", "#b0389a", "#e07b00"]
 GROUPS = ["m", "I", "r_BM", "r_BP", "r_BI", "b_a", "b_w"]
@@ -19,10 +14,10 @@ ROW_HEIGHT = 190
 
 
 def build(arguments):
-    summary = read_mapping(arguments.result / "summary.yaml", REMEDY)
+    summary = read_mapping(arguments.result / "summary.yaml")
     history = read_table(arguments.result / "history.csv",
                          ["t", "truth", "mean_error", "spread", "rmse", "sigma"],
-                         ["kind", "parameter", "unit"], REMEDY)
+                         ["kind", "parameter", "unit"])
     history["group"] = history.parameter.map(_group)
     page = Page(str(summary["name"]), str(summary.get("about", "")))
     page.add("table", "Errors at the end", *_tables(summary["kinds"]))
@@ -124,11 +119,9 @@ def _range(part):
 def _curve(parameter, curve):
     colour = AXES.get(parameter[-1], AXES["x"])
     t, value = charts.rounded(curve.t), curve.truth + curve.mean_error
-    edges = np.concatenate([value + curve.spread, (value - curve.spread)[::-1]])
-    red, green, blue = (int(colour[i:i + 2], 16) for i in (1, 3, 5))
+    low, high = (charts.rounded(value + k * curve.spread, 8) for k in (-1, 1))
     return [
-        go.Scatter(x=[*t, *t[::-1]], y=charts.rounded(edges, 8), fill="toself", mode="none",
-                   fillcolor=f"rgba({red},{green},{blue},0.15)", hoverinfo="skip"),
+        charts.band(t, low, high, colour, 0.15),
         charts.lines(t, charts.rounded(value, 8), parameter, colour),
         charts.lines(t, charts.rounded(curve.truth, 8), f"{parameter}, truth", colour, dash="dot",
                      width=1)]

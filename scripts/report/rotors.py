@@ -1,8 +1,7 @@
-"""The page of trueline-calibrate --drive=rotors: verdict, constants, estimates over time, track."""
+"""The page of trueline calibrate --drive=rotors: verdict, constants, estimates over time, track."""
 from dataclasses import dataclass
 import pandas as pd
 import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
 import charts
 from calibration_sections import headline, parameter_table, provenance, unobservable
@@ -11,11 +10,7 @@ from page import Page, paragraph
 from tables import number, percent, table
 from yaml_file import read_mapping
 
-VERB_HELP = "the result of trueline-calibrate --drive=rotors"
-PROGRAM = "trueline-calibrate"
-REMEDY = "--result must be a folder that trueline-calibrate --drive=rotors has written"
 COLOURS = {"filter": "#1f6feb", "batch": "#e07b00"}
-COLUMNS, ROW_HEIGHT = 3, 210
 
 
 @dataclass
@@ -32,10 +27,10 @@ class RotorResult:
 def build(arguments):
     folder = arguments.result
     result = RotorResult(
-        read_mapping(folder / "calibration.yaml", REMEDY),
+        read_mapping(folder / "calibration.yaml"),
         read_table(folder / "windows.csv", ["t_start", "t_end", "value", "sigma"],
-                   ["estimator", "parameter", "unit", "status"], REMEDY),
-        read_table(folder / "trajectory.csv", ["t", "x", "y", "z"], [], REMEDY))
+                   ["estimator", "parameter", "unit", "status"]),
+        read_table(folder / "trajectory.csv", ["t", "x", "y", "z"]))
     page = Page("Calibration by rotor speeds", str(result.summary["provenance"].get("log", "")))
     page.add("verdict", "Result", *headline(result, "--drive=rotors --config=CONFIG "), _predictions(result))
     page.add("parameters", "Constants", parameter_table(result.summary.get("parameters")),
@@ -81,32 +76,22 @@ def _over_time(result):
     windows = result.windows
     start = windows.t_start.min()
     parameters = list(dict.fromkeys(windows.parameter))
-    rows = -(-len(parameters) // COLUMNS)
     units = dict(zip(windows.parameter, windows.unit))
-    figure = make_subplots(rows=rows, cols=COLUMNS, vertical_spacing=0.30 / rows,
-                           horizontal_spacing=0.07,
-                           subplot_titles=[charts.unit_label(p, units[p]) for p in parameters])
-    for index, name in enumerate(parameters):
-        where = dict(row=index // COLUMNS + 1, col=index % COLUMNS + 1)
+    figure, places, rows = charts.small_multiples([charts.unit_label(p, units[p]) for p in parameters], 110, 0.16)
+    for index, (name, where) in enumerate(zip(parameters, places)):
         group = windows[windows.parameter == name]
         figure.add_traces(_band(group[group.estimator == "filter"], start, index == 0),
                           rows=[where["row"]] * 2, cols=[where["col"]] * 2)
         figure.add_trace(_end(group[group.estimator == "batch"], start, index == 0), **where)
-    charts.style(figure, 110 + ROW_HEIGHT * rows, margin=dict(l=64, r=16, t=64, b=48), legend=dict(
-        orientation="h", x=0, y=1.0 + 0.16 / rows, xanchor="left", yanchor="bottom"))
-    figure.update_annotations(font=dict(size=13, color=charts.INK))
     figure.update_xaxes(title_text="Flight [s]", row=rows)
     return figure
 
 
 def _band(history, start, in_legend):
     t = charts.rounded(history.t_end - start)
-    edges = [*(history.value + history.sigma), *(history.value - history.sigma)[::-1]]
-    band = go.Scatter(x=[*t, *t[::-1]], y=charts.rounded(edges, 8), fill="toself", mode="none",
-                      fillcolor="rgba(31,111,235,0.18)", hoverinfo="skip", showlegend=False)
-    line = charts.lines(t, charts.rounded(history.value, 8), "Filter", COLOURS["filter"],
-                        showlegend=in_legend, legendgroup="filter")
-    return [band, line]
+    low, value, high = (charts.rounded(history.value + k * history.sigma, 8) for k in (-1, 0, 1))
+    return [charts.band(t, low, high, COLOURS["filter"], 0.18, showlegend=False),
+            charts.lines(t, value, "Filter", COLOURS["filter"], showlegend=in_legend, legendgroup="filter")]
 
 
 def _end(batch, start, in_legend):

@@ -15,6 +15,18 @@ def table(headers, rows):
             f"<tbody>{body}</tbody></table></div>")
 
 
+def fitted_numbers(numbers, folds=None):
+    """Of a model of forces: each with its sigma where it was fitted; `folds`: fits that leave out one flight."""
+    folds = folds or {}
+    rows = [[f"<code>{escape(name)}</code>",
+             with_sigma(entry["value"], entry["sigma"]) if entry["status"] == "fitted" else number(entry["value"]),
+             escape(entry["unit"]), escape(entry["status"]), escape(entry["about"]),
+             *(number(fold["numbers"][name]["value"]) for fold in folds.values())]
+            for name, entry in numbers.items()]
+    return table([("Number", False), ("Value", True), ("Unit", False), ("Status", False), ("Meaning", False),
+                  *((f"without {name}", True) for name in folds)], rows)
+
+
 def badge(status):
     return f'<span class="badge {escape(status)}">{escape(str(status).replace("_", " "))}</span>'
 

@@ -5,16 +5,13 @@ from page import Document
 from path_of_result import log_of, read_path, unwrapped
 from yaml_file import read_mapping
 
-VERB_HELP = "the path of trueline-calibrate, as a TUM trajectory"
-PROGRAM = "trueline-calibrate"
-
 
 def add_arguments(parser):
     parser.add_argument("--log", type=Path, help="the native log it was made from; default: as it states")
 
 
 def build(arguments):
-    result = read_mapping(arguments.result / "calibration.yaml", "give the result folder of trueline-calibrate")
+    result = read_mapping(arguments.result / "calibration.yaml")
     path, source = read_path(arguments.result, log_of(arguments, result))
     return Trajectory(path, source)
 

@@ -1,22 +1,19 @@
 """The page of a force and moment experiment, flight by flight."""
 from page import Page, escape, paragraph
-from tables import number, table, with_sigma
+from tables import fitted_numbers, number, table
 from yaml_file import read_mapping
 
-VERB_HELP = "the result of trueline-benchmark for kind: wrench"
-PROGRAM = "trueline-benchmark"
-REMEDY = "--result must be a folder that trueline-benchmark has written"
 FORCE, MOMENT = ("fx", "fy", "fz", "F"), ("tx", "ty", "tz", "M")
 
 
 def build(arguments):
-    summary = read_mapping(arguments.result / "summary.yaml", REMEDY)
+    summary = read_mapping(arguments.result / "summary.yaml")
     page = Page(str(summary["name"]), str(summary.get("about", "")))
     page.add("scores", "Root mean square errors", _scores(summary["scores"]), paragraph(
         "F and M: over the three components. The truth depends on the mass; the last reading takes "
         "out the best gain on fz and the mean of every error.", "note"))
     for index, fold in enumerate(summary["folds"]):
-        page.add(f"numbers-{index}", f"Numbers for {fold['test']}", _numbers(fold), paragraph(
+        page.add(f"numbers-{index}", f"Numbers for {fold['test']}", fitted_numbers(fold["numbers"]), paragraph(
             f"Fitted to {', '.join(map(str, fold['train']))}, {fold['rows']} rows. One standard deviation by "
             "the spread between sections of 5 s. " + _moment(fold), "note"))
     return page
@@ -38,14 +35,3 @@ def _scores(scores):
         [escape(s["flight"]), escape(s["predictor"]), str(s.get("fitted_to", "")), escape(s["truth"]),
          *(number(s["force"][k]) for k in FORCE), *(number(s["moment"][k]) for k in MOMENT)]
         for s in scores])
-
-
-def _numbers(fold):
-    rows = []
-    for name, entry in fold["numbers"].items():
-        fitted = entry["status"] == "fitted"
-        value = with_sigma(entry["value"], entry["sigma"]) if fitted else number(entry["value"])
-        rows.append([f"<code>{escape(name)}</code>", value, escape(entry["unit"]),
-                     escape(entry["status"]), escape(entry["about"])])
-    return table([("Number", False), ("Value", True), ("Unit", False), ("Status", False),
-                  ("Meaning", False)], rows)
