@@ -25,18 +25,18 @@ namespace {
 
 constexpr char kUsage[] = R"(Says what a simulator's parameter file gets wrong of a vehicle.
 
-  trueline-audit --simulator=crazyflie.sdf --out=audit
+  trueline audit --simulator=crazyflie.sdf --out=audit
       what the file can be told from itself: inertia that no body has, hover beyond the motors'
       range, ratios that no vehicle has, rotor order against spins, another unit
-  trueline-audit --simulator=x500.sdf,x500_base.sdf --out=audit
+  trueline audit --simulator=x500.sdf,x500_base.sdf --out=audit
       files of one vehicle: one is read beside the other, and what they state twice must agree
-  trueline-audit --simulator=crazyflie.sdf --log=flight --out=audit
+  trueline audit --simulator=crazyflie.sdf --log=flight --out=audit
       calibrates the vehicle on the flight and compares: which numbers the flight contradicts, by
       how much and at what cost in prediction; audit/crazyflie.sdf is the corrected file. The mass
       in log.yaml is taken as weighed
-  trueline-audit --simulator_log=in_simulator --log=flight --out=audit
+  trueline audit --simulator_log=in_simulator --log=flight --out=audit
       the same by logs alone, for any simulator
-  trueline-audit --simulator=crazyflie.sdf --out=audit --fail_on=contradicted
+  trueline audit --simulator=crazyflie.sdf --out=audit --fail_on=contradicted
       for continuous integration: exit code 4 if anything is contradicted
 
 Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be used, 4 contradicted (--fail_on), 1 a
@@ -85,7 +85,7 @@ trueline::Audit AuditWith(const std::vector<trueline::FlightLog>& logs) {
 int Run() {
   if (FLAGS_out.empty() || FLAGS_simulator.empty() == FLAGS_simulator_log.empty()) {
     throw trueline::InputError(
-        "--out and either --simulator or --simulator_log are needed; see trueline-audit --help");
+        "--out and either --simulator or --simulator_log are needed; see trueline audit --help");
   }
   if (!FLAGS_simulator_log.empty() && FLAGS_log.empty()) {
     throw trueline::InputError("--simulator_log needs --log, a flight of the vehicle");

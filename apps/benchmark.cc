@@ -22,25 +22,26 @@ DEFINE_int32(threads, 0, "flights at a time; 0 for all cores. The result is the 
 DEFINE_bool(short, false, "a trial: one seed, the ends of the sweep, 30 s of simulated flight");
 DEFINE_bool(times, true, "state solve times in arcs.csv; without them its bytes never differ");
 DEFINE_bool(report, true, "write report.html");
+DEFINE_bool(verbose, false, "print the whole table, also where it is longer than a screen");
 DEFINE_bool(quiet, false, "print nothing but errors");
 
 namespace {
 
 constexpr char kUsage[] = R"(Compares estimators on simulated and real flights.
 
-  trueline-benchmark --config=config/experiments/figure11.yaml --out=out/figure11
+  trueline benchmark --config=config/experiments/figure11.yaml --out=out/figure11
       error and iterations against the window length, as figure 11 of Li et al. 2019;
       writes out/figure11/arcs.csv, summary.yaml and report.html, and prints the table
-  trueline-benchmark --config=config/experiments/noise.yaml --out=out/noise --short
+  trueline benchmark --config=config/experiments/noise.yaml --out=out/noise --short
       a trial in seconds: one seed, the ends of the sweep, 30 s of flight
-  TRUELINE_DATA=data trueline-benchmark --config=config/experiments/real_flights.yaml --out=out/real
+  TRUELINE_DATA=data trueline benchmark --config=config/experiments/real_flights.yaml --out=out/real
       recorded flights, imported on the fly from the folder data
-  trueline-benchmark --config=config/experiments/rotors_figure3.yaml --out=out/figure3
+  trueline benchmark --config=config/experiments/rotors_figure3.yaml --out=out/figure3
       random, Lissajous and designed flights calibrated by rotor speeds, as Boehm et al. 2020
-  trueline-benchmark --config=config/experiments/nanodrone.yaml --data=train --out=out/nanodrone
+  trueline benchmark --config=config/experiments/nanodrone.yaml --data=train --out=out/nanodrone
       the NanoDrone benchmark: predicts every trajectory in train/*.csv.gz by a fit to the others;
       with --test=FOLDER, the flights in FOLDER by a fit to all of train
-  trueline-benchmark --config=config/experiments/neurobem.yaml --data=neurobem --out=out/neurobem
+  trueline benchmark --config=config/experiments/neurobem.yaml --data=neurobem --out=out/neurobem
       force and moment of the NeuroBEM flights in neurobem/*.csv.gz, beside published predictions
 
 Flights run on all cores; the result does not depend on how many. Stopped in between, the same
@@ -57,7 +58,7 @@ trueline::FileLock LockJobs(const std::filesystem::path& folder) {
   trueline::FileLock lock(folder, false);
   if (lock.locked()) return lock;
   throw trueline::InputError(FLAGS_out +
-                             ": another trueline-benchmark is at work in this folder; wait for "
+                             ": another trueline benchmark is at work in this folder; wait for "
                              "its end, or give another --out");
 }
 
@@ -85,7 +86,10 @@ int RunRotors(const std::filesystem::path& jobs_folder) {
   const trueline::ExperimentRun run =
       trueline::RunJobs(jobs, jobs_folder, FLAGS_threads, FLAGS_quiet);
   trueline::WriteRotorExperiment(experiment, run, out.path());
-  return Finish(run, "rotor_experiment", trueline::RotorExperimentTable(experiment, run), &out);
+  return Finish(run, "rotor_experiment",
+                trueline::OneScreen(trueline::RotorExperimentTable(experiment, run),
+                                    trueline::RotorExperimentBrief(experiment, run), FLAGS_verbose),
+                &out);
 }
 
 int RunMultiStep() {
@@ -99,7 +103,9 @@ int RunMultiStep() {
   trueline::WriteMultiStep(experiment, result, out.path());
   trueline::WritePredictions(experiment, result, FLAGS_threads, out.path());
   trueline::Publish("multi_step", FLAGS_report, FLAGS_quiet,
-                    trueline::MultiStepTable(experiment, result), &out);
+                    trueline::OneScreen(trueline::MultiStepTable(experiment, result),
+                                        trueline::MultiStepBrief(result), FLAGS_verbose),
+                    &out);
   return trueline::kExitDone;
 }
 
@@ -115,14 +121,16 @@ int RunWrench() {
   const trueline::WrenchResult result =
       trueline::RunWrenchExperiment(experiment, FLAGS_data, FLAGS_threads, FLAGS_quiet);
   trueline::WriteWrench(experiment, result, out.path());
-  trueline::Publish("wrench", FLAGS_report, FLAGS_quiet, trueline::WrenchTable(experiment, result),
+  trueline::Publish("wrench", FLAGS_report, FLAGS_quiet,
+                    trueline::OneScreen(trueline::WrenchTable(experiment, result),
+                                        trueline::WrenchBrief(result), FLAGS_verbose),
                     &out);
   return trueline::kExitDone;
 }
 
 int Run() {
   if (FLAGS_config.empty() || FLAGS_out.empty()) {
-    throw trueline::InputError("--config and --out are needed; see trueline-benchmark --help");
+    throw trueline::InputError("--config and --out are needed; see trueline benchmark --help");
   }
   const std::string kind = trueline::ExperimentKind(FLAGS_config);
   if (kind == "multi_step") return RunMultiStep();
@@ -141,7 +149,10 @@ int Run() {
   const trueline::ExperimentRun run =
       trueline::RunJobs(trueline::MakeJobs(experiment), jobs_folder, FLAGS_threads, FLAGS_quiet);
   trueline::WriteBenchmark(experiment, run, FLAGS_threads, FLAGS_times, out.path());
-  return Finish(run, "benchmark", trueline::BenchmarkTable(experiment, run), &out);
+  return Finish(run, "benchmark",
+                trueline::OneScreen(trueline::BenchmarkTable(experiment, run),
+                                    trueline::BenchmarkBrief(run), FLAGS_verbose),
+                &out);
 }
 
 }  // namespace

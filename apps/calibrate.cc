@@ -38,23 +38,23 @@ namespace {
 
 constexpr char kUsage[] = R"(Calibrates the model of a drone from a flight log.
 
-  trueline-calibrate --log=flight --out=result
+  trueline calibrate --log=flight --out=result
       fits drag, IMU misalignment, attitude error and bias over the last 3 passes,
       predicts every blind arc, prints the table and writes result/report.html
-  trueline-convert --in=flight.ulg --out=flight && trueline-calibrate --log=flight --out=result
+  trueline convert --in=flight.ulg --out=flight && trueline calibrate --log=flight --out=result
       the same of a flight without gates (GNSS, mocap): arcs are made by withholding fixes
-  trueline-calibrate --log=flight --out=result --gamma=4 --thrust=level_flight
+  trueline calibrate --log=flight --out=result --gamma=4 --thrust=level_flight
       a longer window, for a vehicle whose accelerometer is useless
-  trueline-calibrate --log=flight --out=result --config=config/calibrate/paper.yaml
+  trueline calibrate --log=flight --out=result --config=config/calibrate/paper.yaml
       the fit as Li et al. 2019 describe it
-  trueline-calibrate --log=flight,flight2 --out=result --estimator=smoother
+  trueline calibrate --log=flight,flight2 --out=result --estimator=smoother
       all of both flights of one vehicle at once; they share its drag and misalignment
-  trueline-calibrate --log=flight2 --out=result2 --model=result/model.yaml
+  trueline calibrate --log=flight2 --out=result2 --model=result/model.yaml
       starts from what an earlier flight of the same vehicle showed
-  trueline-calibrate --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
+  trueline calibrate --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
       mass, inertia, centre of mass, sensor positions and biases from rotor speeds, IMU and poses;
       of a log without positions the motors' lag, thrust, and inertia beside the stated mass
-  trueline-calibrate --show_config > mine.yaml
+  trueline calibrate --show_config > mine.yaml
       every option with its value, to copy, change and give with --config; their meaning stands in
       config/reference/options.md
 
@@ -172,7 +172,7 @@ int Run() {
   }
   if (FLAGS_show_config) return ShowConfig();
   if (trueline::SplitPaths(FLAGS_log).empty() || FLAGS_out.empty()) {
-    throw trueline::InputError("--log and --out are needed; see trueline-calibrate --help");
+    throw trueline::InputError("--log and --out are needed; see trueline calibrate --help");
   }
   Refused();  // a word that is not known fails before the work
   return FLAGS_drive == "rotors" ? RunRotors() : RunImu();

@@ -38,9 +38,9 @@ namespace {
 constexpr char kUsage[] =
     R"(Turns a foreign log into a native log: a directory with log.yaml and one CSV a stream.
 
-  trueline-convert --in=flight.ulg                 # lists what is in a log, and proposes a map
-  trueline-convert --in=flight.ulg --out=out/flight
-  trueline-convert --map=config/import/nanobench.yaml --in=B7_oval_fast_rep1.csv --out=out/oval
+  trueline convert --in=flight.ulg                 # lists what is in a log, and proposes a map
+  trueline convert --in=flight.ulg --out=out/flight
+  trueline convert --map=config/import/nanobench.yaml --in=B7_oval_fast_rep1.csv --out=out/oval
 
 The format is known by the content: CSV, PX4 ULog, ROS 1 and 2 bags, MCAP, ArduPilot DataFlash,
 Betaflight blackbox, Crazyflie micro-SD, ASL (EuRoC) folder, TUM trajectory. Without --map, a map of
@@ -49,12 +49,12 @@ config/import that fits is used. Exit code 3: no usable log can be made, for the
 A new source needs a map of its own and no code; config/reference/map.md lists the keys, and
 config/import/nanobench.yaml explains them. Several files go in the map's order:
 
-  trueline-convert --map=config/import/li_bebop_drag.yaml --in=5deg.csv,take_5deg.csv --out=out/drag
+  trueline convert --map=config/import/li_bebop_drag.yaml --in=5deg.csv,take_5deg.csv --out=out/drag
 
 A log without a gate detector gets fixes sampled from mocap (Li et al. 2019, eq. 33) where its map
 says so; these flags change how, with the same --seed giving the same fixes:
 
-  trueline-convert --map=config/import/nanobench.yaml --in=B7_oval_fast_rep1.csv --out=out/oval \
+  trueline convert --map=config/import/nanobench.yaml --in=B7_oval_fast_rep1.csv --out=out/oval \
       --straights='-0.9<x<0.9' --sigma_factor=0.1 --outlier_share=0.05 --seed=3)";
 
 using namespace trueline;  // NOLINT(google-build-using-namespace): a main file

@@ -20,23 +20,23 @@ namespace {
 
 constexpr char kUsage[] = R"(Designs a flight that shows chosen parameters well.
 
-  trueline-design --config=config/design/sensor_position_bound.yaml --out=result
+  trueline design --config=config/design/sensor_position_bound.yaml --out=result
       20 s that show where the pose sensor sits, within the limits of Boehm et al. 2020, by the
       Cramer-Rao bound of the batch calibration that will read the flight (the default criterion):
       trajectory.yaml (polynomials), trajectory.csv (states and rotor speeds at 100 Hz),
       score.yaml, report.html; takes a minute or two
-  trueline-design --config=config/design/sensor_position.yaml --out=result
+  trueline design --config=config/design/sensor_position.yaml --out=result
       the same by the smallest singular value of their Gramian, as published: shows less
-  trueline-design --config=config/design/inertia.yaml --out=result --compare=1000
+  trueline design --config=config/design/inertia.yaml --out=result --compare=1000
       also scores 1,000 random flights and Lissajous figures within the same limits
-  trueline-observe --config=... --out=...  with  trajectory: {kind: file, file: trajectory.yaml}
+  trueline observe --config=... --out=...  with  trajectory: {kind: file, file: trajectory.yaml}
       what the designed flight shows of everything else
 
 Exit codes: 0 done, 2 bad input or usage, 1 a defect.)";
 
 int Run() {
   if (FLAGS_config.empty() || FLAGS_out.empty()) {
-    throw trueline::InputError("--config and --out are needed; see trueline-design --help");
+    throw trueline::InputError("--config and --out are needed; see trueline design --help");
   }
   trueline::DesignTask task = trueline::ReadDesignTask(trueline::YamlMap::FromFile(FLAGS_config),
                                                        FLAGS_seed, FLAGS_threads);

@@ -47,24 +47,24 @@ namespace {
 
 constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a flight.
 
-  trueline-diagnose flight.ulg
+  trueline diagnose flight.ulg
       converts the log on the way; the page is flight-diagnose/report.html
-  trueline-diagnose --log=flight --out=result
+  trueline diagnose --log=flight --out=result
       tries every effect of the catalogue; names those that the flight proves, with size, sigma and
       what they are worth on arcs that took no part; result/model.yaml is the better model
-  trueline-diagnose --log=flight --out=result --fit_to=mocap
+  trueline diagnose --log=flight --out=result --fit_to=mocap
       the same with mocap as data, which shows smaller effects
-  trueline-diagnose --log=flight,flight2 --out=result
+  trueline diagnose --log=flight,flight2 --out=result
       claims only what repeats on the second flight of the same vehicle
-  trueline-diagnose --log=flight --out=result --verbose
+  trueline diagnose --log=flight --out=result --verbose
       prints the table of all candidates, too: what was tried, and how large it must be to show
-  trueline-calibrate --log=flight2 --out=result2 --model=result/model.yaml
+  trueline calibrate --log=flight2 --out=result2 --model=result/model.yaml
       the next flight with what was found
-  trueline-diagnose --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
+  trueline diagnose --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
       what the model driven by rotor speeds gets wrong: drag, a weak rotor, a load that slips, ...;
       further flights after commas confirm here, too
 
-  trueline-diagnose --log=flight --against=yesterday/,flight3,flight4 --out=result
+  trueline diagnose --log=flight --against=yesterday/,flight3,flight4 --out=result
       what differs from reference flights of the vehicle: by the commands that hold it in the air (a
       weak rotor or a load under it, two rotors, the thrust of all; needs positions and motor
       commands, no IMU), and, where the logs hold what --drive needs, every effect of the catalogue
@@ -125,7 +125,12 @@ Diagnosed DiagnoseByImu(const std::vector<trueline::FlightLog>& logs, bool again
 bool ByRotors() { return FLAGS_drive == "rotors"; }
 
 Diagnosed DiagnoseLogs(const std::vector<trueline::FlightLog>& logs, bool against) {
-  return ByRotors() ? DiagnoseByRotors(logs, against) : DiagnoseByImu(logs, against);
+  Diagnosed done = ByRotors() ? DiagnoseByRotors(logs, against) : DiagnoseByImu(logs, against);
+  done.diagnosis.log = trueline::SplitPaths(FLAGS_log).front();
+  done.diagnosis.folder = FLAGS_out;
+  if (ByRotors()) done.diagnosis.flags = " --drive=rotors";
+  if (!FLAGS_config.empty()) done.diagnosis.flags += " --config=" + FLAGS_config;
+  return done;
 }
 
 int RunAlone() {
@@ -142,7 +147,7 @@ int RunAlone() {
   trueline::WriteDiagnosis(diagnosis, trueline::DiagnosisNode(diagnosis, provenance), out.path());
   trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, TableOf(diagnosis), &out);
   if (!FLAGS_quiet) {
-    fmt::print(stderr, "{:.1f} s, of which the base fit {:.1f} s\n", diagnosis.seconds,
+    fmt::print(stderr, "done in {:.1f} s, of which the base fit took {:.1f} s\n", diagnosis.seconds,
                diagnosis.base_seconds);
   }
   return Refused().ExitFor(diagnosis.verdict);
@@ -304,7 +309,7 @@ int Run() {
     throw trueline::InputError("--drive: '" + FLAGS_drive + "' is unknown; use imu or rotors");
   }
   if (trueline::SplitPaths(FLAGS_log).empty() || FLAGS_out.empty()) {
-    throw trueline::InputError("--log and --out are needed; see trueline-diagnose --help");
+    throw trueline::InputError("--log and --out are needed; see trueline diagnose --help");
   }
   if (FLAGS_fit_to != "fixes" && FLAGS_fit_to != "mocap") {
     throw trueline::InputError("--fit_to=" + FLAGS_fit_to + " is not known; use fixes or mocap");

@@ -22,10 +22,10 @@ using trueline::EffectInfo;
 constexpr char kUsage[] =
     R"(Lists the effects that a diagnosis can name: parameters, units, definition, physics.
 
-  trueline-effects                  all of them
-  trueline-effects --drive=rotors   those of rotor-driven vehicles
-  trueline-effects --id=wind,gate_moved
-  trueline-effects --yaml           the same for a program
+  trueline effects                  all of them
+  trueline effects --drive=rotors   those of rotor-driven vehicles
+  trueline effects --id=wind,gate_moved
+  trueline effects --yaml           the same for a program
 
 The same ids and parameters stand in diagnosis.yaml, in model.yaml (key 'effects'), and in the
 configuration of a simulated flight:

@@ -23,23 +23,23 @@ namespace {
 constexpr char kUsage[] =
     R"(Writes for other programs: a vehicle for a simulator, a path for a plot, a log as PX4's.
 
-  trueline-calibrate --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
-  trueline-export --model=result/model.yaml --to=gz --out=vehicle.sdf
+  trueline calibrate --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
+  trueline export --model=result/model.yaml --to=gz --out=vehicle.sdf
       an SDF model with the motor plugins of Gazebo; what Gazebo can't express is printed, and
       stands in vehicle.sdf.lost.yaml, with the position error that it costs after 0.5 s
-  trueline-export --model=result/model.yaml --to=pyflyt --out=vehicle.yaml
+  trueline export --model=result/model.yaml --to=pyflyt --out=vehicle.yaml
       also writes vehicle.urdf beside it
-  trueline-export --to=list
+  trueline export --to=list
       the simulators
-  trueline-export --result=result --to=tum --out=path.tum
+  trueline export --result=result --to=tum --out=path.tum
       the fitted trajectory as a TUM file: evo_traj tum path.tum --plot
-  trueline-export --result=result --to=mcap --out=result.mcap
+  trueline export --result=result --to=mcap --out=result.mcap
       paths, ellipses, residuals and parameters over time: opens in Foxglove, PlotJuggler and Rerun
-  trueline-export --result=result --to=picture --out=result.svg
+  trueline export --result=result --to=picture --out=result.svg
       a diagnosis before and after, or the arcs of a calibration, from above
-  trueline-export --log=flight --to=ulog --out=flight.ulg
+  trueline export --log=flight --to=ulog --out=flight.ulg
       what PX4 would have logged of a (simulated) flight: a file to try converters with
-  trueline-audit --simulator=vehicle.sdf --log=flight2 --out=audit
+  trueline audit --simulator=vehicle.sdf --log=flight2 --out=audit
       what another flight says of that file
 
 Exit codes: 0 done, 2 bad input or usage, 1 a defect.)";
@@ -62,6 +62,7 @@ int ExportByScript() {
   const std::string failure =
       trueline::RunReport(result ? FLAGS_to : "foreign_log", arguments, FLAGS_out);
   if (!failure.empty()) throw trueline::InputError(failure);
+  if (!FLAGS_quiet) fmt::print("results: {}\n", FLAGS_out);
   return trueline::kExitDone;
 }
 
@@ -73,7 +74,7 @@ int Run() {
   }
   if (!FLAGS_result.empty() || (FLAGS_model.empty() && !FLAGS_log.empty())) return ExportByScript();
   if (FLAGS_model.empty() || FLAGS_to.empty() || FLAGS_out.empty()) {
-    throw trueline::InputError("--model, --to and --out are needed; see trueline-export --help");
+    throw trueline::InputError("--model, --to and --out are needed; see trueline export --help");
   }
   const trueline::Target& target = trueline::FindTarget(FLAGS_to);
   if (std::filesystem::is_directory(FLAGS_model)) {
@@ -87,7 +88,10 @@ int Run() {
   }
   const trueline::Export exported = trueline::ExportVehicle(model, target);
   trueline::WriteExport(exported, target, FLAGS_out);
-  if (!FLAGS_quiet) fmt::print(stderr, "{}", trueline::LossText(exported, target));
+  if (!FLAGS_quiet) {
+    fmt::print(stderr, "{}", trueline::LossText(exported, target));
+    fmt::print("results: {}\n", FLAGS_out);
+  }
   return trueline::kExitDone;
 }
 

@@ -41,15 +41,15 @@ namespace {
 
 constexpr char kUsage[] = R"(Finds what is wrong with a log: rates, clocks, axes, scales, rotors.
 
-  trueline-inspect --log=logs/flight --out=out/inspection
+  trueline inspect --log=logs/flight --out=out/inspection
       lists the faults of a native log, worst first, and writes out/inspection/inspection.yaml
       and report.html; corrected_map.yaml beside them repairs what can be repaired
-  trueline-inspect --log=flight.ulg --out=out/inspection
-      the same for any log that trueline-convert reads
-  trueline-inspect --map=config/import/nanobench.yaml --log=B7_oval_fast_rep1.csv --out=out/oval
-  trueline-convert --map=out/oval/corrected_map.yaml --in=B7_oval_fast_rep1.csv --out=logs/oval
-      the log as repaired; the output of trueline-inspect ends with this command
-  trueline-inspect --log=logs/flight --vehicle=config/calibrate/rotors_neurobem.yaml --out=out/rotors
+  trueline inspect --log=flight.ulg --out=out/inspection
+      the same for any log that trueline convert reads
+  trueline inspect --map=config/import/nanobench.yaml --log=B7_oval_fast_rep1.csv --out=out/oval
+  trueline convert --map=out/oval/corrected_map.yaml --in=B7_oval_fast_rep1.csv --out=logs/oval
+      the log as repaired; the output of trueline inspect ends with this command
+  trueline inspect --log=logs/flight --vehicle=config/calibrate/rotors_neurobem.yaml --out=out/rotors
       compares order and spin of the rotors with those that a file states
 
 Nothing is corrected silently: the log stays as it is. Levels: fatal (no right calibration is
@@ -148,7 +148,7 @@ std::string WriteCorrected(const Opened& opened, const Repairs& repairs, const R
       "# Made by trueline-inspect: the map with the repairs that inspection.yaml lists.\n";
   WriteFileAtomically(out.path() / kCorrectedMap, head + TextOf(CorrectMap(opened.map, repairs)));
   const std::string map = (std::filesystem::path(FLAGS_out) / kCorrectedMap).string();
-  return fmt::format("trueline-convert {} {} --out=REPAIRED", ShellWord("--map=" + map),
+  return fmt::format("trueline convert {} {} --out=REPAIRED", ShellWord("--map=" + map),
                      ShellWord(fmt::format("--in={}", fmt::join(opened.files, ","))));
 }
 
@@ -178,7 +178,7 @@ void CheckMapIsNoResult() {
 
 int Run() {
   if (FLAGS_log.empty() || FLAGS_out.empty()) {
-    throw InputError("--log and --out are needed; see trueline-inspect --help");
+    throw InputError("--log and --out are needed; see trueline inspect --help");
   }
   Refused();  // a word that is not known fails before the work
   CheckMapIsNoResult();

@@ -20,9 +20,10 @@
 DEFINE_string(config, "", "YAML with a system and cases, as in config/observe/");
 DEFINE_string(log, "", "a flight: a native log directory; several, by commas, with --score");
 DEFINE_string(score, "", "e2log: rank flights by that Gramian (Boehm et al. 2020, eq. 2-5)");
-DEFINE_string(trajectory, "", "with --score: trajectory.yaml files of trueline-design, by commas");
+DEFINE_string(trajectory, "", "with --score: trajectory.yaml files of trueline design, by commas");
 DEFINE_string(out, "", "where results go; made if missing");
 DEFINE_bool(report, true, "write report.html");
+DEFINE_bool(verbose, false, "print all of each case, also where that is longer than a screen");
 DEFINE_bool(quiet, false, "print nothing but errors");
 
 namespace {
@@ -30,16 +31,16 @@ namespace {
 constexpr char kUsage[] =
     R"(Tells which states and parameters a flight shows, and what to fly to see more.
 
-  trueline-observe --config=config/observe/table1.yaml --out=result
+  trueline observe --config=config/observe/table1.yaml --out=result
       Table I of Boehm et al. 2020, exactly, with every null space named
-  trueline-observe --config=config/observe/flights.yaml --out=result
+  trueline observe --config=config/observe/flights.yaml --out=result
       predicted sigmas of mass, inertia, levers and biases for given trajectories
-  trueline-observe --log=flight --out=result
+  trueline observe --log=flight --out=result
       what a recorded flight shows: of the rotor-driven model where it has rotor speeds,
       of the model of Li et al. 2019 where it has attitude or no rotor speeds, and positions
-  trueline-observe --log=flight --config=vehicle.yaml --out=result
+  trueline observe --log=flight --config=vehicle.yaml --out=result
       the same with inertia and levers of the vehicle (keys 'vehicle' and 'sensors')
-  trueline-observe --score=e2log --config=config/observe/e2log.yaml \
+  trueline observe --score=e2log --config=config/observe/e2log.yaml \
       --trajectory=a/trajectory.yaml,b/trajectory.yaml --log=flight,flight2 --out=result
       ranks trajectories and recorded flights by sigma_min of the E2LOG Gramian, the largest
       first, in ranking.yaml; the configuration's own 'cases' are ranked with them.
@@ -93,7 +94,9 @@ int Run() {
   trueline::WriteFileAtomically(
       out.path() / "observability.yaml",
       trueline::ObservabilityYaml(cases, FLAGS_log.empty() ? FLAGS_config : FLAGS_log));
-  trueline::Publish("observe", FLAGS_report, FLAGS_quiet, trueline::ObservabilityTable(cases),
+  trueline::Publish("observe", FLAGS_report, FLAGS_quiet,
+                    trueline::OneScreen(trueline::ObservabilityTable(cases),
+                                        trueline::ObservabilityBrief(cases), FLAGS_verbose),
                     &out);
   return trueline::kExitDone;
 }

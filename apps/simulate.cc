@@ -33,19 +33,19 @@ namespace {
 
 constexpr char kUsage[] = R"(Flies a drone round a course of gates and writes its log.
 
-  trueline-simulate --config=config/simulate/hippodrome.yaml --out=/tmp/flight
+  trueline simulate --config=config/simulate/hippodrome.yaml --out=/tmp/flight
       100 s of the hippodrome; /tmp/flight is a native log, /tmp/flight.truth.yaml the truth.
-  trueline-simulate --config=config/simulate/hippodrome.yaml --out=/tmp/flight7 --seed=7 --randomise
+  trueline simulate --config=config/simulate/hippodrome.yaml --out=/tmp/flight7 --seed=7 --randomise
       another drone of the same kind: drag, biases and misalignment drawn from the stated ranges.
-  trueline-simulate --config=config/rotors/random.yaml --out=/tmp/flight
+  trueline simulate --config=config/rotors/random.yaml --out=/tmp/flight
       a flight along a trajectory, with rotor speeds and poses, for --drive=rotors
 
-  trueline-simulate --config=config/simulate/gnss.yaml --out=/tmp/flight
+  trueline simulate --config=config/simulate/gnss.yaml --out=/tmp/flight
       --overrides="gnss.latency: 0, effects: [{id: wind, w_x: 1.5, w_y: -1}]"
       with another receiver, and an effect that calibration does not model; trueline effects lists
       the effects
 
-Then: trueline-calibrate --log=/tmp/flight --out=/tmp/result)";
+Then: trueline calibrate --log=/tmp/flight --out=/tmp/result)";
 
 void PrintTable(const FlightLog& log, const SimulationTruth& truth) {
   fmt::print("{:<22} {:>10} {:>10}\n", "stream", "samples", "Hz");
@@ -115,7 +115,7 @@ YamlMap Configuration() {
 
 int Run() {
   if (FLAGS_config.empty() || FLAGS_out.empty()) {
-    throw InputError("--config and --out are needed; see trueline-simulate --help");
+    throw InputError("--config and --out are needed; see trueline simulate --help");
   }
   const YamlMap map = Configuration();
   if (IsRotorFlight(map)) return RunRotorFlight(map);

@@ -111,7 +111,7 @@ void JudgePasses(const EstimatorRun& run, Verdict* verdict) {
   if (wrong < 2 || wrong <= kMostFalse * run.windows.size()) return;
   verdict->reasons.push_back(fmt::format(
       "{} of {} passes look false; where so many contradict the flight between them, "
-      "more likely the attitude, the clocks or the model is wrong (trueline-inspect compares "
+      "more likely the attitude, the clocks or the model is wrong (trueline inspect compares "
       "the streams)",
       wrong, run.windows.size()));
 }

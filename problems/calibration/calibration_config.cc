@@ -52,7 +52,7 @@ std::string LeftOutWarning(const std::string& model_file, const std::vector<Effe
                         fmt::join(changed, " and "));
   return fmt::format(
       "{} was fitted to another flight, and what belongs to that flight is left out: {}{}. If this "
-      "flight has it too, trueline-diagnose without --model finds it",
+      "flight has it too, trueline diagnose without --model finds it",
       model_file, fmt::join(words, ", "), constants);
 }
 

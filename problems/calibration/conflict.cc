@@ -159,7 +159,7 @@ std::string EffectsNotUsed(const std::vector<Effect>& effects) {
   for (const Effect& effect : effects) words.push_back(InWords(effect));
   return fmt::format(
       "with the model's effects its constants contradict this flight, without them they agree: the "
-      "effects are not used ({}); trueline-diagnose tells which of them this flight has",
+      "effects are not used ({}); trueline diagnose tells which of them this flight has",
       fmt::join(words, ", "));
 }
 

@@ -208,7 +208,7 @@ std::vector<std::string> FaultsOfPredictions(const std::vector<HorizonScore>& pr
     faults.push_back(fmt::format(
         "the model lacks something: noise explains {:.0f} % of the errors over {} s on "
         "held-out flight where it should explain 95 %, so the intervals are too narrow; "
-        "trueline-diagnose looks for what is missing",
+        "trueline diagnose looks for what is missing",
         100.0 * first->inside_noise, first->horizon));
   }
   return faults;
@@ -240,7 +240,7 @@ void JudgeDelay(const RotorCalibration& c, std::vector<std::string>* reasons) {
   if (delay == nullptr || std::abs(delay->value) < kLinear) return;
   reasons->push_back(fmt::format(
       "the poses come {:.3f} s {}, more than the model allows for ({} s); add {:+.3f} s "
-      "to their stamps (trueline-inspect writes the corrected map)",
+      "to their stamps (trueline inspect writes the corrected map)",
       std::abs(delay->value), delay->value > 0.0 ? "late" : "early", kLinear, -delay->value));
 }
 
@@ -295,7 +295,7 @@ Verdict JudgeRotors(const RotorCalibration& c) {
     verdict.word = "unusable";
     verdict.reasons.emplace_back(
         c.batch.converged ? "this flight determines fewer than three constants; fly more "
-                            "(trueline-design proposes how)"
+                            "(trueline design proposes how)"
                           : "the fit did not converge; check frames, rotor order and priors");
   }
   return verdict;

@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include <algorithm>
 #include <functional>
+#include <iterator>
 #include <string_view>
 
 #include "cost_functions/models/imu_driven_model.h"
 #include "cost_functions/models/rotor_constants.h"
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
+#include "problems/effects/declaration.h"
 #include "problems/effects/read_effects.h"
 #include "problems/log/csv_text.h"
 #include "problems/result/yaml_text.h"
@@ -67,7 +70,7 @@ YAML::Node ModelNode(const std::vector<ParameterEstimate>& parameters,
 std::string UnobservableText(const std::vector<std::string>& combinations) {
   std::string text;
   for (const std::string& combination : combinations) {
-    text += fmt::format("  not shown by this flight: {}\n", combination);
+    text += fmt::format("  this flight does not show a change of {}\n", combination);
   }
   return text;
 }
@@ -234,26 +237,33 @@ YAML::Node CalibrationNode(const Calibration& calibration, const YAML::Node& pro
   return node;
 }
 
+std::string MeaningOf(const std::string& name) {
+  if (name == "fix_latency") return "delay of the fixes";
+  const auto* info = std::ranges::find(kTheta, name, &ParameterInfo::name);
+  return info != std::end(kTheta) ? info->meaning : "";
+}
+
 std::string ParameterTable(const std::vector<ParameterEstimate>& parameters) {
   std::string table;
   for (const ParameterEstimate& p : parameters) {
     const bool angle = p.unit == "rad";
     table += fmt::format(
-        "  {:<12}{:>10.4f} +- {:<8.4f} {:<6}{:>22}  {}\n", p.name, p.value, p.sigma, p.unit,
+        "  {:<12}{:>10.4f} +- {:<8.4f} {:<6}{:>22}  {:<13} {}\n", p.name, p.value, p.sigma, p.unit,
         angle ? fmt::format("({:.2f} +- {:.2f} deg)", p.value / kDegree, p.sigma / kDegree) : "",
-        p.status);
+        p.status, MeaningOf(p.name));
   }
   return table;
 }
 
 std::string WholeFlightTable(const WholeFlight& whole) {
   std::string table = fmt::format(
-      "\nparameters from all of the flight at once ({} flight(s), {} passes, {:.0f} s{})\n",
-      whole.flights, whole.passes, whole.seconds, whole.converged ? "" : "; not converged");
+      "\nparameters from {} at once ({} passes, {:.0f} s{})\n",
+      whole.flights == 1 ? "the whole flight" : fmt::format("{} whole flights", whole.flights),
+      whole.passes, whole.seconds, whole.converged ? "" : "; not converged");
   table += ParameterTable(whole.parameters);
   for (const LearnedStrength& s : whole.strengths) {
-    table += fmt::format("  {:<16}{:>10.4f} ({:.4f} to {:.4f}) {}\n", s.name, s.value, s.lower,
-                         s.upper, s.unit);
+    table += fmt::format("  {:<16}{:>10.4f} ({:.4f} to {:.4f}){}\n", s.name, s.value, s.lower,
+                         s.upper, AfterNumber(s.unit));
   }
   return table;
 }
@@ -297,9 +307,12 @@ std::string CalibrationTable(const Calibration& calibration) {
   const EstimatorRun& reported = calibration.Reported();
   const WindowEstimate last = LastWindow(calibration);
   std::string table = calibration.continuous ? calibration.continuous->Text() + "\n\n" : "";
+  table += "error at the end of arcs, each predicted from the gamma passes before it\n";
   table += fmt::format("{:<14}{:>6}{:>7}{:>10}{:>10}{:>10}{:>12}{:>12}\n", "estimator", "gamma",
                        "arcs", "mean [m]", "median", "p95", "in 95 %", "iterations");
   for (const EstimatorRun& run : calibration.runs) {
+    // The sweep over gamma of further estimators stands in the files and on the page.
+    if (run.estimator != reported.estimator && run.gamma != reported.gamma) continue;
     const ArcSummary arcs = SummariseArcs(run);
     std::vector<double> iterations;
     for (const WindowEstimate& w : run.windows) iterations.push_back(w.iterations);

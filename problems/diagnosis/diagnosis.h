@@ -143,6 +143,7 @@ struct Diagnosis {
   std::vector<RowReport> rows;
   std::shared_ptr<const Misfit> misfit;
   std::vector<std::string> warnings;
+  std::string log = "LOG", folder = "RESULT", flags;  // as the user gave them, for what to do next
   std::vector<std::string> log_faults;  // that make constants wrong, found before the fit
   double base_seconds = 0.0, seconds = 0.0;
   // What only one drive reports.

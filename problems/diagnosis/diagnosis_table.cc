@@ -17,7 +17,7 @@ std::string Sizes(const CandidateReport& c, const Eigen::VectorXd& values) {
   for (std::size_t i = 0; i < c.parameters.size(); ++i) {
     texts.push_back(fmt::format("{} {:.2g}", c.parameters[i], values[static_cast<int>(i)]));
   }
-  return fmt::format("{} {}", fmt::join(texts, ", "), c.units.front());
+  return fmt::format("{}{}", fmt::join(texts, ", "), AfterNumber(c.units.front()));
 }
 
 // The sizes that the flight shows with good chance; none for a parameter that it does not show.
@@ -29,38 +29,35 @@ std::string DetectableText(const CandidateReport& c) {
     texts.push_back(shown ? fmt::format("{} {:.2g}", c.parameters[i], size)
                           : fmt::format("{} not shown", c.parameters[i]));
   }
-  return fmt::format("{} {}", fmt::join(texts, ", "), c.units.front());
+  return fmt::format("{}{}", fmt::join(texts, ", "), AfterNumber(c.units.front()));
 }
 
-std::string GainText(const Gain& gain, const std::string& what) {
+// `what` was measured on how many of `held_out`.
+std::string GainText(const Gain& gain, const std::string& what, const std::string& held_out) {
   if (gain.arcs == 0) return "";
-  const std::string means = fmt::format("    {} {}: {:.3g} {} before, {:.3g} {} after", what,
-                                        gain.arcs, gain.before, gain.unit, gain.after, gain.unit);
+  const std::string means =
+      fmt::format("    {} on {} held-out {}: {:.3g} {} before, {:.3g} {} after", what, gain.arcs,
+                  held_out, gain.before, gain.unit, gain.after, gain.unit);
   if (!std::isfinite(gain.low)) return means + " (too few for an interval)\n";
-  return means +
-         fmt::format(" (95 % of the gain: {:.2g} to {:.2g} {})\n", gain.low, gain.high, gain.unit);
+  return means + fmt::format(" (95 % interval of the gain: {:.2g} to {:.2g} {})\n", gain.low,
+                             gain.high, gain.unit);
 }
 
 std::string GainTexts(const Gain& arcs, const Gain& replays) {
   const bool final_point = arcs.metric == "final_point_error";
-  return GainText(arcs, final_point ? "final-point error, held-out arcs"
-                                    : "open-loop error over 0.5 s, seconds held out") +
-         GainText(replays, "open-loop error over 1 s, held-out replays");
+  return GainText(arcs, final_point ? "final-point error" : "open-loop error over 0.5 s",
+                  final_point ? "arcs" : "seconds") +
+         GainText(replays, "open-loop error over 1 s", "replays");
 }
 
 // A cause that is set aside takes two lines: its size, and why.
 std::string CauseText(const Cause& cause, double needed) {
-  std::string text = fmt::format("  {}:", cause.candidate.Label());
-  for (int i = 0; i < cause.value.size(); ++i) {
-    const EffectParameterInfo& info = cause.candidate.info->parameters[i];
-    text += fmt::format("{} {} = {:.4g} +- {:.2g} {}", i > 0 ? "," : "", info.name, cause.value[i],
-                        cause.sigma[i], info.unit);
-  }
-  text += "\n";
+  std::string text = fmt::format("  {}: {}\n", cause.candidate.Label(),
+                                 SizesText(*cause.candidate.info, cause.value, cause.sigma));
   if (!cause.because.empty()) return text + fmt::format("    not named: {}\n", cause.because);
   text += fmt::format("    {}\n", cause.candidate.info->physics);
-  text += fmt::format("    evidence {:.1f}, {:.1f} is needed: {}\n", cause.evidence.Total(), needed,
-                      PartsText(cause.evidence));
+  text += fmt::format("    evidence {:.1f} ({:.1f} is needed): {}\n", cause.evidence.Total(),
+                      needed, PartsText(cause.evidence));
   if (!cause.witness.text.empty()) {
     text += fmt::format("    witness {}: {}\n", cause.witness.says, cause.witness.text);
   }
@@ -72,8 +69,7 @@ std::string CauseText(const Cause& cause, double needed) {
     text += "\n";
   }
   text += GainTexts(cause.gain, cause.open_loop);
-  text +=
-      GainText(cause.agreement, "distance from " + cause.agreement.metric + ", held-out seconds");
+  text += GainText(cause.agreement, "distance from " + cause.agreement.metric, "seconds");
   if (!cause.confused_with.empty()) {
     text += fmt::format("    fits equally well: {}; to separate them: {}\n",
                         fmt::join(cause.confused_with, ", "), cause.candidate.info->separate_by);
@@ -128,23 +124,29 @@ std::string VerdictMeaning(const Diagnosis& diagnosis) {
 std::vector<std::string> NextSteps(const Diagnosis& diagnosis) {
   std::vector<std::string> steps;
   if (!diagnosis.log_faults.empty()) {
-    steps.emplace_back(
-        "put the log right first: trueline inspect --log=LOG says how, and writes "
-        "corrected_map.yaml where a map can do it");
+    steps.push_back(
+        fmt::format("put the log right first: trueline inspect --log={} says how, and writes "
+                    "corrected_map.yaml where a map can do it",
+                    diagnosis.log));
   }
   if (!diagnosis.in_model.empty()) {
-    steps.emplace_back(
-        "use what was found: trueline calibrate --log=LOG --model=RESULT/model.yaml --out=OUT");
+    steps.push_back(fmt::format(
+        "use what was found: trueline calibrate --log={}{} --model={}/model.yaml --out=OUT",
+        diagnosis.log, diagnosis.flags, diagnosis.folder));
   }
   AddFlightsThatSeparate(diagnosis, &steps);
   if (AsksForAnotherFlight(diagnosis)) {
-    steps.emplace_back("confirm it: add a further flight of this vehicle, --log=LOG,LOG2");
+    steps.push_back(fmt::format(
+        "confirm it: add a further flight of this vehicle, --log={},FURTHER", diagnosis.log));
   }
   if (diagnosis.verdict == "unexplained") {
     steps.emplace_back("see what the misfit is correlated with: report.html, section Misfit");
   }
   if (diagnosis.verdict == "clean") {
-    steps.emplace_back("see how large each effect must be to be found: --verbose");
+    steps.push_back(fmt::format(
+        "see how large each effect must be to be found: --verbose, or detectable_size in "
+        "{}/diagnosis.yaml",
+        diagnosis.folder));
   }
   return steps;
 }

@@ -57,7 +57,7 @@ bool Refuted(const Cause& cause, double alpha) {
 std::string WhyNotNamed(const Cause& cause, double alpha) {
   if (cause.evidence.Total() >= EvidenceNeeded(alpha)) return "";
   std::string why =
-      fmt::format("its evidence is {:.1f} ({}), {:.1f} is needed", cause.evidence.Total(),
+      fmt::format("its evidence is {:.1f} ({}), and {:.1f} is needed", cause.evidence.Total(),
                   PartsText(cause.evidence), EvidenceNeeded(alpha));
   const bool against = cause.evidence.witness < 0.0 || cause.witness.says == "refutes";
   if (against) why += "; " + cause.witness.text;

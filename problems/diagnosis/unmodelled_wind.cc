@@ -162,7 +162,8 @@ void JudgeWind(const FlightLog& log, const CalibrationOptions& options, Calibrat
   const bool taken = FindEstimator(calibration->Reported().estimator).force_effects;
   const std::string text = fmt::format(
       "the flight shows a wind of ({:.2f} +- {:.2f}, {:.2f} +- {:.2f}) m/s that this calibration "
-      "does not have: {}; trueline-diagnose fits it, and --model takes it{}",
+      "leaves out: {}; trueline diagnose fits it, and calibrate --model=RESULT/model.yaml takes "
+      "it{}",
       wind->value.x(), wind->sigma.x(), wind->value.y(), wind->sigma.y(), MovesInWords(wind->moved),
       taken ? "" : " with --estimator=vgd or smoother");
   const bool harmful = !wind->moved.empty() && wind->moved.front().sigmas > kHarmfulMove;

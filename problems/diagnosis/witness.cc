@@ -261,17 +261,6 @@ std::optional<SizeEstimate> FalseShare(const FlightLog& recorded, const Candidat
   return SizeEstimate{VectorXd::Constant(1, share), VectorXd::Constant(1, sigma)};
 }
 
-std::string SizesText(const EffectInfo& info, const VectorXd& value, const VectorXd& sigma) {
-  std::vector<std::string> texts;
-  for (Eigen::Index i = 0; i < value.size(); ++i) {
-    const EffectParameterInfo& parameter = info.parameters[i];
-    if (!Shown(parameter, sigma[i])) continue;
-    texts.push_back(fmt::format("{} {:.3g} +- {:.2g}{}", parameter.name, value[i], sigma[i],
-                                parameter.unit == "1" ? "" : " " + parameter.unit));
-  }
-  return texts.empty() ? "nothing of it" : fmt::format("{}", fmt::join(texts, ", "));
-}
-
 Witness Silent(const std::string& why) { return {"", "silent", {}, {}, why}; }
 
 Witness WitnessOf(const Cause& cause, const std::string& stream, const SizeEstimate& sizes) {
@@ -316,7 +305,8 @@ void AskOne(const FlightLog& log, const std::vector<VelocitySample>& path,
     cause->witness.independent = comparison.independent;
     if (comparison.independent || cause->witness.says != "confirms") continue;
     cause->witness.says = "silent";
-    cause->witness.text += "; the fit used the same positions and attitude";
+    cause->witness.text +=
+        "; this confirms nothing, since the fit used the same positions and attitude";
   }
 }
 
@@ -367,6 +357,17 @@ void AskGyro(const FlightLog& log, const std::vector<VelocitySample>& path,
 }
 
 }  // namespace
+
+std::string SizesText(const EffectInfo& info, const VectorXd& value, const VectorXd& sigma) {
+  std::vector<std::string> texts;
+  for (Eigen::Index i = 0; i < value.size(); ++i) {
+    const EffectParameterInfo& parameter = info.parameters[i];
+    if (!Shown(parameter, sigma[i])) continue;
+    texts.push_back(fmt::format("{} = {:.3g} +- {:.2g}{}", parameter.name, value[i], sigma[i],
+                                AfterNumber(parameter.unit)));
+  }
+  return texts.empty() ? "nothing of it" : fmt::format("{}", fmt::join(texts, ", "));
+}
 
 bool Shown(const EffectParameterInfo& parameter, double sigma) {
   return sigma < 10.0 * parameter.plausible;

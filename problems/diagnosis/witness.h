@@ -16,6 +16,10 @@ void AskWitnesses(const FlightLog& log, const FlightLog& recorded,
 // False for a sigma that says that the stream does not show the parameter.
 bool Shown(const EffectParameterInfo& parameter, double sigma);
 
+// "w_x = 1.49 +- 0.043 m/s, w_y = ...": the parameters that are shown.
+std::string SizesText(const EffectInfo& info, const Eigen::VectorXd& value,
+                      const Eigen::VectorXd& sigma);
+
 // The witness's verdict on an effect that the fit states. It refutes a size that differs from its
 // own by 3 sigmas of both if it shows less than 0.4 of it. Otherwise it confirms the effect if it
 // shows a significant size of the same sign itself; WidenByWitness treats a size that is off.

@@ -148,7 +148,7 @@ std::vector<EffectInfo> AttitudeDeclarations() {
           .enters = kAttitude,
           .parameters = {{"k", "1/s", 0.1, 1.0, 0.03, false}},
           .physics = "the attitude filter fuses positions without a model of drag, so it takes the "
-                     "work of drag for tilt",
+                     "effect of drag for tilt",
           .definition = "the tilt of E' follows that of the deceleration k v through a low-pass of "
                         "2 rad/s",
           .separate_by = "speed up and slow down within a second, and fly fast for several seconds",

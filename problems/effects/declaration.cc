@@ -77,12 +77,14 @@ bool IsOfOneFlight(const Effect& effect) {
       effect.term->with, [](const TermFactor& factor) { return factor.of == TermQuantity::kTime; });
 }
 
+std::string AfterNumber(const std::string& unit) { return unit == "1" ? "" : " " + unit; }
+
 std::string InWords(const Effect& effect) {
   if (effect.term) return effect.term->Text(effect["size"], effect["sigma"]);
   const EffectInfo& info = InfoOf(effect);
   std::vector<std::string> values;
   const auto add = [&](const std::string& name, const std::string& unit) {
-    values.push_back(fmt::format("{} {:.3g}{}", name, effect[name], unit == "1" ? "" : " " + unit));
+    values.push_back(fmt::format("{} {:.3g}{}", name, effect[name], AfterNumber(unit)));
   };
   for (const EffectIndexInfo& index : info.indices) add(index.name, index.unit);
   for (const EffectParameterInfo& parameter : info.parameters) add(parameter.name, parameter.unit);

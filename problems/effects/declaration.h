@@ -115,6 +115,8 @@ const EffectInfo& TermInfo(TermOn on);
 // True if another flight of the vehicle lacks the effect, or has it at another size or time. A term
 // of the open catalogue does so if it goes with time.
 bool IsOfOneFlight(const Effect& effect);
+// " m/s"; nothing for the unit 1.
+std::string AfterNumber(const std::string& unit);
 // "wind (w_x 2.9 m/s, w_y -2 m/s)".
 std::string InWords(const Effect& effect);
 

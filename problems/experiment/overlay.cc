@@ -123,7 +123,7 @@ std::filesystem::path ReadFolderPath(const YamlMap& map, const std::string& key)
   std::filesystem::path path = ReadPath(map, key);
   if (!std::filesystem::is_directory(path)) {
     map.Fail(key, fmt::format("'{}' is not a folder; give the folder of a native log, or convert "
-                              "the file by trueline-convert",
+                              "the file by trueline convert",
                               path.string()));
   }
   return path;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
@@ -115,6 +116,60 @@ void WriteBenchmark(const Experiment& experiment, const ExperimentRun& run, int 
   WriteTiming(run, threads, directory / "timing.yaml");
 }
 
+namespace {
+
+// One number for each log and for each label, gamma, sweep and `what` of it.
+class ByLog {
+ public:
+  template <class Row>
+  void Add(const Row& row, const std::string& what, const std::string& number) {
+    Place(row.log, &logs_);
+    const std::string name =
+        fmt::format("{:<22.21}{:>6}{:>9}{:>20}", row.label, row.gamma, Number(row.x), what);
+    Place(name, &names_);
+    numbers_[{name, row.log}] = number;
+  }
+  [[nodiscard]] std::string Text(const std::string& what) const {
+    if (names_.empty()) return "";
+    std::string text = fmt::format("{:<22}{:>6}{:>9}{:>20}", what, "gamma", "sweep", "");
+    for (const std::string& log : logs_) text += fmt::format("{:>15.14}", log);
+    for (const std::string& name : names_) {
+      text += "\n" + name;
+      for (const std::string& log : logs_) {
+        const auto found = numbers_.find({name, log});
+        text += fmt::format("{:>15}", found == numbers_.end() ? "" : found->second);
+      }
+    }
+    return text + "\n";
+  }
+
+ private:
+  static void Place(const std::string& name, std::vector<std::string>* names) {
+    if (std::ranges::find(*names, name) == names->end()) names->push_back(name);
+  }
+
+  std::vector<std::string> logs_, names_;
+  std::map<std::pair<std::string, std::string>, std::string> numbers_;
+};
+
+std::string TimeText(const ConvergenceSummary& c) {
+  return std::isinf(c.median_time) ? "not reached" : fmt::format("{:.1f}", c.median_time);
+}
+
+}  // namespace
+
+std::string BenchmarkBrief(const ExperimentRun& run) {
+  ByLog errors, times;
+  for (const GroupSummary& g : SummariseGroups(run.outcomes)) {
+    errors.Add(g, "", fmt::format("{:.3f}", g.error.mean));
+  }
+  for (const ConvergenceSummary& c : SummariseConvergence(run.outcomes)) {
+    times.Add(c, fmt::format("{} < {}", c.quantity, c.tolerance), TimeText(c));
+  }
+  return errors.Text("mean error [m]") + ForecastTable(run.outcomes) +
+         times.Text("\nmedian time [s]");
+}
+
 std::string BenchmarkTable(const Experiment& experiment, const ExperimentRun& run) {
   std::string text =
       fmt::format("{:<18}{:<22}{:>6}{:>9}{:>8}{:>9}{:>9}{:>9}{:>7}{:>9}{:>9}\n", "log", "label",
@@ -133,10 +188,9 @@ std::string BenchmarkTable(const Experiment& experiment, const ExperimentRun& ru
   text += fmt::format("\n{:<18}{:<22}{:>6}{:>9}{:>20}{:>11}{:>11}{:>15}\n", "log", "label", "gamma",
                       "sweep", "inside", "tolerance", "flights", "median [s]");
   for (const ConvergenceSummary& c : times) {
-    text += fmt::format(
-        "{:<18.17}{:<22.21}{:>6}{:>9}{:>20}{:>11}{:>11}{:>15}\n", c.log, c.label, c.gamma,
-        Number(c.x), c.quantity, c.tolerance, Share(c.converged, c.flights),
-        std::isinf(c.median_time) ? "not reached" : fmt::format("{:.1f}", c.median_time));
+    text += fmt::format("{:<18.17}{:<22.21}{:>6}{:>9}{:>20}{:>11}{:>11}{:>15}\n", c.log, c.label,
+                        c.gamma, Number(c.x), c.quantity, c.tolerance,
+                        Share(c.converged, c.flights), TimeText(c));
   }
   return text;
 }

@@ -23,5 +23,7 @@ std::string SummaryYaml(const Experiment& experiment, const ExperimentRun& run);
 
 // For standard output.
 std::string BenchmarkTable(const Experiment& experiment, const ExperimentRun& run);
+// The mean errors, and the median times of convergence, a column a log.
+std::string BenchmarkBrief(const ExperimentRun& run);
 
 }  // namespace trueline

@@ -306,4 +306,18 @@ std::string RotorExperimentTable(const RotorExperiment& experiment, const Experi
   return table;
 }
 
+std::string RotorExperimentBrief(const RotorExperiment& experiment, const ExperimentRun& run) {
+  std::string head, table;
+  for (const KindSummary& s : SummariseTrials(experiment, run.outcomes)) {
+    table += fmt::format("{:<26.25}{:>8}", s.name, s.flights);
+    head = fmt::format("{:<26}{:>8}", "rms error of the batch", "flights");
+    for (const ConstantScore& c : s.groups) {
+      head += fmt::format("{:>15}", fmt::format("{} [{}]", c.name, c.unit));
+      table += fmt::format("{:>15.3g}", c.batch.rmse);
+    }
+    table += fmt::format("{:>8.2f}\n", s.batch_over_bound);
+  }
+  return head + fmt::format("{:>8}\n", "/ bound") + table;
+}
+
 }  // namespace trueline

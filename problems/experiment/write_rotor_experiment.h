@@ -54,7 +54,8 @@ std::vector<const TrialRow*> TrialsOf(const std::vector<JobOutcome>& outcomes,
 void WriteRotorExperiment(const RotorExperiment& experiment, const ExperimentRun& run,
                           const std::filesystem::path& directory);
 
-// For standard output.
+// For standard output: each constant of each kind; of each kind a line, by the batch.
 std::string RotorExperimentTable(const RotorExperiment& experiment, const ExperimentRun& run);
+std::string RotorExperimentBrief(const RotorExperiment& experiment, const ExperimentRun& run);
 
 }  // namespace trueline

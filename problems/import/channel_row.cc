@@ -85,12 +85,11 @@ InputError ChannelRow::ErrorIn(int index, const std::string& message) const {
 }
 
 InputError ChannelRow::MissingError(const std::string& stream) const {
-  return ErrorIn(missing_,
-                 missing_ < 0
-                     ? fmt::format("all numbers are zero of the quaternion, or of the place, that "
-                                   "stream '{}' needs",
-                                   stream)
-                     : fmt::format("a finite number is missing that stream '{}' needs", stream));
+  return ErrorIn(
+      missing_,
+      missing_ < 0
+          ? fmt::format("the quaternion or place that stream '{}' needs is all zero", stream)
+          : fmt::format("a finite number is missing that stream '{}' needs", stream));
 }
 
 std::map<std::size_t, std::size_t> ReadChannels(Recording* recording,

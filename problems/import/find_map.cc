@@ -132,7 +132,7 @@ std::string OtherFiles(const std::string& file) {
   const std::vector<std::string> files = SplitPaths(file);
   if (!std::all_of(files.begin(), files.end(), IsTable)) return "";
   return fmt::format(
-      "; if another file of this flight has it: trueline-convert --in={},OTHER --out=LOG", file);
+      "; if another file of this flight has it: trueline convert --in={},OTHER --out=LOG", file);
 }
 
 }  // namespace
@@ -291,7 +291,7 @@ std::string NoPositions(const std::string& file) {
 std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& file) {
   std::vector<std::string> found;
   if (HasCommandsAlone(log))
-    return {file + ": has no IMU; only trueline-diagnose --against reads it"};
+    return {file + ": has no IMU; only trueline diagnose --against reads it"};
   if (log.imu.size() < kLeastImuSamples) {
     throw NoUsableLog(fmt::format(
         "{}: the IMU has only {} samples, too few for a flight; log it at 100 Hz or more", file,

@@ -309,7 +309,7 @@ std::map<std::string, StreamMap> ResolveInput(const std::map<std::string, Stream
     }
   }
   if (!lacking.empty()) {
-    warnings->push_back(fmt::format("{}: lacks these streams, which the map can read, too: {}",
+    warnings->push_back(fmt::format("{}: has none of these streams, which would be read, too: {}",
                                     recording->file(), fmt::join(lacking, "; ")));
   }
   return resolved;

@@ -89,7 +89,7 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
 void AddBias(Examination* e, const Eigen::Vector3d& bias, const std::string& stream) {
   Finding finding{"accelerometer_bias", "imu", Level::kBiases, bias.norm(), "m/s^2", bias.norm()};
   finding.text = fmt::format(
-      "the accelerometer reads ({:.2f}, {:.2f}, {:.2f}) m/s^2 too much, by the acceleration of {}",
+      "the accelerometer is off by ({:.2f}, {:.2f}, {:.2f}) m/s^2, by the acceleration of {}",
       -bias.x(), -bias.y(), -bias.z(), stream);
   finding.remedy =
       "the calibration estimates it; a bias above 1 m/s^2 asks for a calibration of the "
@@ -237,15 +237,15 @@ std::optional<ShownAxes> BestAxes(const BodyForce& force, const Look& look) {
 }
 
 std::string ShareText(const LateralForce& fit, int row) {
-  return fmt::format("{}'s is {:+.2f} +- {:.2f} of x and {:+.2f} +- {:.2f} of y", "xy"[row],
+  return fmt::format("along {} it is {:+.2f} +- {:.2f} of x and {:+.2f} +- {:.2f} of y", "xy"[row],
                      fit.share(row, 0), fit.sigma(row, 0), fit.share(row, 1), fit.sigma(row, 1));
 }
 
 void AddExchange(Examination* e, const std::string& stream, const ShownAxes& shown) {
   Finding finding{.level = Level::kFatal, .size = 180.0, .error = kLateralForce};
   finding.text = fmt::format(
-      "the accelerometer's x and y are not the body's: by the acceleration of {}, of the force "
-      "along the body's axes {}, {}",
+      "the accelerometer's x and y are not the body's: the force that the acceleration of {} shows "
+      "is another mixture of its readings, {}, {}",
       stream, ShareText(shown.fit, 0), ShareText(shown.fit, 1));
   finding.remedy = fmt::format("take the accelerometer's axes as {}", AxesText(shown.Turn()));
   AddAccelerometerAxes(e, shown.Turn(), finding);

@@ -227,7 +227,7 @@ void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& mat
   AddDisagreement(
       e, stream, match,
       fmt::format("{}.csv turns by {:.2f} rad/s (rms), and no lag within 5 s, no rotation and no "
-                  "form of its quaternion makes that the gyroscope's turn (correlation {:.2f})",
+                  "form of its quaternion makes it agree with the gyroscope (correlation {:.2f})",
                   stream, match.seen_rms, match.correlation),
       "check that both streams are of one flight and one vehicle, and that their clocks differ by "
       "less than 5 s and drift by less than 0.01 s/s");

@@ -127,7 +127,7 @@ void AddOrder(Examination* e, const RotorLayout& layout, const Order& as_read,
                   "1"};
   finding.text = fmt::format(
       "the channels of {}.csv are not in the order of the vehicle's rotors: rotors 1 to {} are "
-      "channels {}{}. So ordered, what they do to roll and pitch agrees with the places stated "
+      "channels {}{}. So ordered, their effect on roll and pitch agrees with the stated places "
       "(cosines {:.2f}, {:.2f}); as read {:.2f}, {:.2f}",
       layout.stream, best.channel.size(), ChannelsText(best.channel),
       found.alike > 0 ? fmt::format(", or one of {} other orders that fit alike", found.alike) : "",

@@ -99,7 +99,7 @@ std::vector<Finding> FindingsForAll(const FlightLog& log, ForDrive drive) {
 }
 
 std::string WarningOf(const Finding& finding) {
-  return fmt::format("{} ({}): {}. Nothing is corrected; {}. trueline-inspect {}", finding.id,
+  return fmt::format("{} ({}): {}. Nothing is corrected; {}. trueline inspect {}", finding.id,
                      NameOf(finding.level), finding.text, finding.remedy,
                      finding.repaired ? "writes the corrected map" : "tells more");
 }
@@ -111,7 +111,7 @@ FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFau
   FlightLog log = ReadAnyLog(directory.string(), map);
   if (log.imu.empty() && drive != ForDrive::kCommands) {
     throw ErrorAt((directory / "imu.csv").string(), 0,
-                  "is missing; every log needs it, but for trueline-diagnose --against");
+                  "is missing; every log needs it, but for trueline diagnose --against");
   }
   if (drive != ForDrive::kRotors && !HasPositions(log)) {
     if (!IsNativeLog(directory)) {

@@ -136,7 +136,7 @@ void NoteGate(Examination* e, int gate, const Eigen::Vector3d& apart) {
       "fixes of gate {} differ from mocap by ({:.2f}, {:.2f}, {:.2f}) m more than those of other "
       "gates; they are not compared with other streams",
       gate, apart.x(), apart.y(), apart.z());
-  finding.remedy = "check this gate's place on the map; trueline-diagnose tells more";
+  finding.remedy = "check this gate's place on the map; trueline diagnose tells more";
   e->Add(finding);
 }
 

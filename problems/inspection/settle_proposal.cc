@@ -175,7 +175,7 @@ FlightLog ReadAnyLog(const std::string& path, const std::string& map) {
   }
   FlightLog log = settled ? *std::move(settled) : ConvertFound(found, {});
   if (found.shipped && found.shipped->mocap_on_imu_clock) {
-    log.warnings.push_back(path + ": mocap keeps its own clock here; trueline-convert aligns it");
+    log.warnings.push_back(path + ": mocap keeps its own clock here; trueline convert aligns it");
   }
   if (!HasCommandsAlone(log)) {
     for (const std::string& lack : Shortcomings(log, path)) log.warnings.push_back(lack);

@@ -283,7 +283,7 @@ class HealthFindings {
           fmt::format("{} samples of {} stand apart from those before and after, by up to {:.3g} "
                       "{}",
                       axis.spikes, axis.axis, axis.largest_spike, accel ? "m/s^2" : "rad/s"),
-          "look whether these are knocks of the vehicle or faults of the logger");
+          "find out whether these are knocks of the vehicle or faults of the logger");
     }
     if (accel && axis.noise.vibration > kUsualVibration) {
       Add("vibration", h, Level::kWidens, axis.noise.vibration, "m/s^2",

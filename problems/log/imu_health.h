@@ -51,6 +51,13 @@ double MedianStep(const std::vector<Sample>& samples) {
   return UpperMedian(std::move(steps));
 }
 
+// Samples a second, over all of them; 0 for fewer than two.
+template <class Sample>
+double MeanRate(const std::vector<Sample>& samples) {
+  const double span = samples.empty() ? 0.0 : SecondsBetween(samples.front().t, samples.back().t);
+  return span > 0.0 ? static_cast<double>(samples.size() - 1) / span : 0.0;
+}
+
 // One sentence for steps longer than 5 median steps, and one for each axis that stays at its
 // extreme value for 5 samples or more; each names the first place, the number and the total time.
 std::vector<std::string> ImuWarnings(const std::vector<ImuSample>& imu);

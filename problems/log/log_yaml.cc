@@ -13,7 +13,7 @@ void RequireFrame(const YamlMap& map, const std::string& key, const std::string&
   const std::string found = map.Get<std::string>(key);
   if (found != wanted) {
     map.Fail(key,
-             fmt::format("found '{}'; a native log is {} (trueline-convert turns other frames)",
+             fmt::format("found '{}'; a native log is {} (trueline convert turns other frames)",
                          found, wanted));
   }
 }

@@ -24,7 +24,7 @@ FlightLog ReadNativeLog(const fs::path& directory) {
     return log;
   }
   throw ErrorAt((directory / "imu.csv").string(), 0,
-                "is missing; every log needs it, but for trueline-diagnose --against");
+                "is missing; every log needs it, but for trueline diagnose --against");
 }
 
 FlightLog ReadCommandLog(const fs::path& directory) {

@@ -28,7 +28,7 @@ bool ReadsWithoutPositions(const FlightLog& log);
 void RequirePositions(const FlightLog& log, const std::string& directory);
 // The end of a sentence about a log without positions.
 inline constexpr char kWithoutPositions[] =
-    "; trueline-calibrate --drive=rotors shows what IMU and rotors tell alone";
+    "; trueline calibrate --drive=rotors shows what IMU and rotors tell alone";
 
 // Each file is written under a temporary name and renamed; streams that are empty are not written.
 void WriteNativeLog(const FlightLog& log, const std::filesystem::path& directory);

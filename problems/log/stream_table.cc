@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "problems/log/imu_health.h"
+
 namespace trueline {
 
 std::string StreamTable(const FlightLog& log) {
@@ -10,10 +12,9 @@ std::string StreamTable(const FlightLog& log) {
   ForEachStream(log, [&](const Stream& stream, const auto& samples) {
     if (samples.empty()) return;
     const TimeNs from = samples.front().t, to = samples.back().t;
-    const double span = SecondsBetween(from, to);
-    const double rate = span > 0.0 ? static_cast<double>(samples.size() - 1) / span : 0.0;
-    table += fmt::format("{:<10}{:>9}{:>12.2f}{:>18.3f}{:>18.3f}{:>11.3f}", stream.name,
-                         samples.size(), rate, ToSeconds(from), ToSeconds(to), span);
+    table +=
+        fmt::format("{:<10}{:>9}{:>12.2f}{:>18.3f}{:>18.3f}{:>11.3f}", stream.name, samples.size(),
+                    MeanRate(samples), ToSeconds(from), ToSeconds(to), SecondsBetween(from, to));
     const auto channel = log.source.find(stream.name);
     if (channel != log.source.end()) table += "  " + channel->second;
     table += "\n";

@@ -301,4 +301,21 @@ std::string ObservabilityTable(const std::vector<CaseResult>& cases) {
   return text;
 }
 
+std::string ObservabilityBrief(const std::vector<CaseResult>& cases) {
+  std::string text;
+  for (const CaseResult& result : cases) {
+    text += fmt::format("{}: rank {} of {} ({})", result.name, result.rank.rank,
+                        result.rank.states.size(), result.rank.exact ? "exact" : "this flight");
+    std::vector<std::string> unseen;
+    for (const NullVector& vector : NullVectors(result)) {
+      if (vector.label.empty())
+        unseen.push_back(vector.names.front());
+      else
+        text += fmt::format("; only jointly {}", fmt::join(vector.names, ", "));
+    }
+    text += unseen.empty() ? "\n" : fmt::format("; not seen {}\n", fmt::join(unseen, ", "));
+  }
+  return text;
+}
+
 }  // namespace trueline

@@ -69,5 +69,6 @@ std::string ObservabilityYaml(const std::vector<CaseResult>& cases, const std::s
 
 // One block for each case: rank, null space in words and numbers, sigmas, advice.
 std::string ObservabilityTable(const std::vector<CaseResult>& cases);
+std::string ObservabilityBrief(const std::vector<CaseResult>& cases);  // a line a case
 
 }  // namespace trueline

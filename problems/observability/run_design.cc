@@ -228,9 +228,9 @@ void WriteDesign(const DesignTask& task, const DesignOutcome& outcome,
 std::string DesignTable(const DesignTask& task, const DesignOutcome& outcome) {
   const DesignResult& r = outcome.result;
   const FlightLimits& limits = task.options.limits;
-  std::string text = fmt::format("score {:.4g} ({}), from {:.4g} of its start; {:.1f} s, {} {}\n",
-                                 r.score, ScoreMeaning(task), r.start_score, r.seconds,
-                                 r.iterations, task.ByBound() ? "flights tried" : "iterations");
+  std::string text = fmt::format("score {:.4g} ({}), at its start {:.4g}; {} {} in {:.1f} s\n",
+                                 r.score, ScoreMeaning(task), r.start_score, r.iterations,
+                                 task.ByBound() ? "flights tried" : "iterations", r.seconds);
   if (!outcome.random_scores.empty()) {
     text += fmt::format(
         "random flights ({0}): median {1:.4g}, best {2:.4g}; Lissajous figures ({0}): "

@@ -91,6 +91,7 @@ void WritePredictions(const MultiStepExperiment& experiment, const MultiStepResu
                       int threads, const std::filesystem::path& directory);
 
 // For standard output.
+std::string MultiStepBrief(const MultiStepResult& result);  // without the fitted numbers
 std::string MultiStepTable(const MultiStepExperiment& experiment, const MultiStepResult& result);
 
 }  // namespace trueline

@@ -125,6 +125,7 @@ WrenchResult RunWrenchExperiment(const WrenchExperiment& experiment,
 // summary.yaml.
 void WriteWrench(const WrenchExperiment& experiment, const WrenchResult& result,
                  const std::filesystem::path& directory);
+std::string WrenchBrief(const WrenchResult& result);  // without the fitted numbers
 std::string WrenchTable(const WrenchExperiment& experiment, const WrenchResult& result);
 
 }  // namespace trueline

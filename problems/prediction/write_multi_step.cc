@@ -128,7 +128,7 @@ void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult
   WriteFileAtomically(directory / "summary.yaml", TextOf(node));
 }
 
-std::string MultiStepTable(const MultiStepExperiment& experiment, const MultiStepResult& result) {
+std::string MultiStepBrief(const MultiStepResult& result) {
   std::string table =
       fmt::format("{:<12}{:<26}{:>10}{:>10}{:>10}{:>10}   {:>9}{:>9}{:>9}{:>9}\n", "sums over h",
                   "", "p [m]", "v [m/s]", "R [rad]", "w [rad/s]", "p", "v", "R", "w within");
@@ -147,10 +147,13 @@ std::string MultiStepTable(const MultiStepExperiment& experiment, const MultiSte
       table += "\n";
     }
   }
-  table += "\nnumbers (fitted to all training runs)\n";
-  table += NumbersTable(experiment.setup.numbers, result.fit.numbers, result.fit.sigmas,
-                        PredictionNumberInfo);
   return table;
+}
+
+std::string MultiStepTable(const MultiStepExperiment& experiment, const MultiStepResult& result) {
+  return MultiStepBrief(result) + "\nnumbers (fitted to all training runs)\n" +
+         NumbersTable(experiment.setup.numbers, result.fit.numbers, result.fit.sigmas,
+                      PredictionNumberInfo);
 }
 
 namespace {

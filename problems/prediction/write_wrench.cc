@@ -59,7 +59,7 @@ void WriteWrench(const WrenchExperiment& experiment, const WrenchResult& result,
   WriteFileAtomically(directory / "summary.yaml", TextOf(node));
 }
 
-std::string WrenchTable(const WrenchExperiment& experiment, const WrenchResult& result) {
+std::string WrenchBrief(const WrenchResult& result) {
   std::string table = fmt::format(
       "{:<38}{:<20}{:>8} {:<23}{:>7}{:>7}{:>7}{:>7}{:>9}{:>8}{:>8}{:>8}\n", "flight", "predictor",
       "flights", "truth", "fx [N]", "fy", "fz", "F", "tx [N m]", "ty", "tz", "M");
@@ -71,15 +71,19 @@ std::string WrenchTable(const WrenchExperiment& experiment, const WrenchResult& 
         s.flight, s.predictor, s.fitted_to > 0 ? std::to_string(s.fitted_to) : "", s.reading, f[0],
         f[1], f[2], s.errors.F(), t[0], t[1], t[2], s.errors.M());
   }
+  return table;
+}
+
+std::string WrenchTable(const WrenchExperiment& experiment, const WrenchResult& result) {
+  std::string table = WrenchBrief(result);
   for (const WrenchFold& fold : result.folds) {
     table +=
         fmt::format("\nnumbers for {}, fitted to {}\n", fold.test, fmt::join(fold.train, ", "));
     table += NumbersTable(experiment.numbers, fold.fit.numbers, fold.fit.sigmas, WrenchNumberInfo);
     table += fmt::format(
-        "  what turns the vehicle of the net moment: about roll and pitch what is faster than "
-        "{:.3f} "
-        "s, late by {:.3f} s;\n  of that {:.2f} (roll), {:.2f} (pitch); {:.2f} of yaw\n",
-        fold.fit.washout.washout, fold.fit.washout.lag, fold.fit.share[0], fold.fit.share[1],
+        "  share of the net moment that turns the vehicle: {:.2f} in roll and {:.2f} in pitch, of "
+        "moments faster than {:.3f} s and {:.3f} s late; {:.2f} in yaw\n",
+        fold.fit.share[0], fold.fit.share[1], fold.fit.washout.washout, fold.fit.washout.lag,
         fold.fit.share[2]);
   }
   return table;

@@ -17,7 +17,7 @@ constexpr double kOpenInformation = 1.0 / (kWeak * kWeak) - 1.0;
 constexpr double kHeldSigmas = 3.0;  // of the own prior, without the priors of others
 constexpr double kNamedShare = 0.3;  // smallest component of a direction that is named
 
-// "psi_E_Ep +0.0371 rad with psi_I_B -0.0370 rad", the largest component first.
+// "psi_E_Ep by +0.0371 rad with psi_I_B by -0.0370 rad", the largest component first.
 std::string Describe(const Eigen::VectorXd& direction, const std::vector<std::string>& names,
                      const std::vector<std::string>& units, const Eigen::VectorXd& prior_sigma) {
   std::vector<int> order;
@@ -29,7 +29,7 @@ std::string Describe(const Eigen::VectorXd& direction, const std::vector<std::st
   std::vector<std::string> words;
   for (const int i : order) {
     words.push_back(
-        fmt::format("{} {:+.3g} {}", names[i], direction[i] * prior_sigma[i], units[i]));
+        fmt::format("{} by {:+.3g} {}", names[i], direction[i] * prior_sigma[i], units[i]));
   }
   return fmt::format("{}", fmt::join(words, " with "));
 }

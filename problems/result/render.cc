@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
@@ -44,6 +46,14 @@ std::string RunReport(const std::string& verb, const std::vector<std::string>& a
       outcome.code == kRefused ? ""
                                : ". Install python3-plotly, python3-pandas and python3-yaml, or "
                                  "leave the page out by --report=false");
+}
+
+std::string OneScreen(const std::string& whole, const std::string& brief, bool verbose) {
+  constexpr int kScreen = 40;  // lines
+  const auto lines = std::ranges::count(whole, '\n');
+  if (verbose || lines <= kScreen) return whole;
+  return fmt::format("{}all {} lines: --verbose; they stand in the files of the result, too\n",
+                     brief, lines);
 }
 
 void Publish(const std::string& verb, bool report, bool quiet, const std::string& table,

@@ -14,6 +14,9 @@ namespace trueline {
 std::string RunReport(const std::string& verb, const std::vector<std::string>& arguments,
                       const std::filesystem::path& out);
 
+// What a terminal gets of a result: `whole` where that fits a screen or is asked for, else `brief`.
+std::string OneScreen(const std::string& whole, const std::string& brief, bool verbose);
+
 // Ends a run: renders the report VERB if `report`, commits the result folder, prints the table
 // unless `quiet`. report.py gets the result folder and the arguments in `more`. Throws InputError
 // at the end if the report failed: the other results are complete, worth writing and printing.

@@ -340,7 +340,7 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
 InputError RunsAway() {
   return InputError(
       "the rotor-driven model diverges from the flight within a few samples; check mass, inertia "
-      "and rotors of the configuration, and the log by trueline-inspect");
+      "and rotors of the configuration, and the log by trueline inspect");
 }
 
 RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& flown,

@@ -97,7 +97,7 @@ void AddLacks(const std::map<std::string, FlightValue>& values, bool has_drag, b
   if (!has_lag && clear("tau", 0.01)) {
     audit->lacks.push_back(
         {"motor_lag",
-         fmt::format("the rotors follow their commands with {:.3f} s", values.at("tau").value)});
+         fmt::format("the rotors follow their commands {:.3f} s late", values.at("tau").value)});
   }
 }
 

@@ -169,8 +169,8 @@ RotorModelFile ReadRotorModel(const std::string& file) {
   const YAML::Node config = model.Child("provenance").RawNode("config");
   if (!config || !config.IsMap() || !config["rotors"]) {
     throw ErrorAt(file, model.LineOf("provenance"),
-                  "'provenance' names no rotors; give the model.yaml of trueline-calibrate or "
-                  "trueline-diagnose with --drive=rotors");
+                  "'provenance' names no rotors; give the model.yaml of trueline calibrate or "
+                  "trueline diagnose with --drive=rotors");
   }
   RotorModelFile read;
   const YAML::Node prior = config["prior"];

@@ -19,7 +19,7 @@ FlightData::FlightData(const FlightLog& flight_log, const DriveOptions& drive,
   if (log.fixes.empty()) {
     throw ErrorAt(log.directory + "/fixes.csv", 0,
                   "there are no fixes to fit to, and mocap is missing or too short to take their "
-                  "place; fly longer, import with fixes, or let trueline-convert sample them from "
+                  "place; fly longer, import with fixes, or let trueline convert sample them from "
                   "mocap (fixes_from_mocap)");
   }
   const std::vector<Pass> all = continuous ? DividePasses(log.fixes, pass_options, *continuous)

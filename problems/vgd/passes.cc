@@ -173,11 +173,12 @@ void Serialize(YamlArchive* a, ContinuousFixOptions* o) {
 
 std::string ContinuousFixes::Text() const {
   const std::string source =
-      from_mocap ? fmt::format("positions are mocap's, continuous ({:.3g} Hz)", rate)
-                 : fmt::format("fixes are continuous ({:.3g} Hz)", rate);
+      from_mocap ? fmt::format("the positions are mocap's, continuous ({:.3g} Hz)", rate)
+                 : fmt::format("the fixes are continuous ({:.3g} Hz)", rate);
   return fmt::format(
-      "{}; arcs of {:.3g} s are made by withholding: the window that predicts an arc uses no "
-      "position of it, and passes of {:.3g} s lie between them",
+      "{}: time divides the flight into arcs of {:.3g} s, with passes of {:.3g} s between; each "
+      "arc "
+      "is predicted by windows that use no position of it",
       source, arc, pass);
 }
 
@@ -195,7 +196,7 @@ std::optional<ContinuousFixes> FindContinuousFixes(const FlightLog& log,
   const double share = found.from_mocap ? ShareInLongRuns(log.mocap, gap, options.longest_pass)
                                         : ShareInLongRuns(log.fixes, gap, options.longest_pass);
   if (share < 0.5) return std::nullopt;
-  found.rate = 1.0 / interval;
+  found.rate = found.from_mocap ? MeanRate(log.mocap) : MeanRate(log.fixes);
   ChooseLengths(log, options, interval, &found);
   found.noise = found.from_mocap ? FixNoise{.white = options.mocap_sigma, .longest_step = gap}
                                  : NoiseOf(log, options, interval);

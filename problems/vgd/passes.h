@@ -68,7 +68,7 @@ struct ContinuousFixes {
   double pass = 0.0;  // s
   FixNoise noise;
 
-  // "fixes are continuous (5.0 Hz); arcs of 3 s are made by withholding ..."
+  // "the fixes are continuous (5 Hz): time divides the flight into arcs of 3 s, ..."
   std::string Text() const;
 };
 

@@ -129,7 +129,7 @@ def option_rows(options, file, used):
 
 def options(programs, describe):
     text = ("# Options of calibration and diagnosis\n\nKeys of a `--config` file, with the values of "
-            "`trueline-calibrate --show_config`.\n")
+            "`trueline calibrate --show_config`.\n")
     used = set()
     for drive, file in (("imu", "default.yaml"), ("rotors", "rotors.yaml")):
         tree = yaml.safe_load(programs.say("calibrate", "--show_config", f"--drive={drive}"))

@@ -102,7 +102,7 @@ TEST_F(BadFlight, MocapTooShortWithoutFixes) {
   auto lines = Lines("mocap.csv");
   lines.resize(4);
   WriteLines("mocap.csv", lines);
-  ExpectRefused({"fixes.csv: there are no fixes to fit to", "trueline-convert"});
+  ExpectRefused({"fixes.csv: there are no fixes to fit to", "trueline convert"});
 }
 
 TEST_F(BadFlight, FixesOfAnotherClock) {

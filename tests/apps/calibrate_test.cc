@@ -36,7 +36,7 @@ TEST_F(CalibrateApp, TeachesByExample) {
     const Outcome help = Run(flag);
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_THAT(help.out,
-                AllOf(HasSubstr("trueline-calibrate --log=flight --out=result"),
+                AllOf(HasSubstr("trueline calibrate --log=flight --out=result"),
                       HasSubstr("--gamma"), HasSubstr("Exit codes: 0 done, 2 bad input")));
   }
 }

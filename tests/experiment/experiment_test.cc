@@ -111,7 +111,7 @@ TEST(Experiment, FilesAndFoldersAreNotTakenForEachOther) {
   std::ofstream(file) << "t\n";
   EXPECT_THAT(ErrorOf("logs: [{log: " + file + "}]\n" + kVgd),
               AllOf(HasSubstr("experiment.yaml:1"), HasSubstr("not a folder"),
-                    HasSubstr("trueline-convert")));
+                    HasSubstr("trueline convert")));
   EXPECT_THAT(ErrorOf("simulations: [{config: " + path + "}]\n" + kVgd),
               AllOf(HasSubstr("experiment.yaml:1"), HasSubstr("is a folder")));
   EXPECT_THAT(ErrorOf(Hippodrome() + "estimators: [{name: vgd, config: " + path + "}]\n"),

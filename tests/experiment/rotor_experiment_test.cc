@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -56,6 +57,11 @@ TEST(RotorExperiment, ATrialOfThePapersExperimentWritesItsResult) {
   EXPECT_EQ(summary["kinds"][0]["flights"].as<int>(), 2);
   EXPECT_TRUE(summary["kinds"][0]["groups"]["r_BP"]["batch"]["rmse"].IsDefined());
   EXPECT_EQ(RunReport("rotor_experiment", {"--result=" + out.string()}, out / "report.html"), "");
+  const std::string whole = RotorExperimentTable(experiment, run);
+  const std::string shown = OneScreen(whole, RotorExperimentBrief(experiment, run), false);
+  EXPECT_EQ(OneScreen(whole, "", true), whole);
+  EXPECT_EQ(std::ranges::count(shown, '\n'), 4) << shown;  // a head, two kinds, how to see more
+  EXPECT_NE(shown.find("best Lissajous"), std::string::npos) << shown;
   const PiecewisePolynomial figure = ReadTrajectoryFile(out / "trajectory_best_Lissajous.yaml");
   EXPECT_DOUBLE_EQ(figure.duration(), experiment.duration);
   fs::remove_all(out);

@@ -65,8 +65,12 @@ std::map<std::string, std::string> Run::expected_;
 
 TEST_F(Run, SlowGivesTheSameBytesOnTwoThreads) {
   const fs::path out = folder_->path() / "two";
-  EXPECT_EQ(RunFile(file_, out, 2).reused, 0);
+  const ExperimentRun run = RunFile(file_, out, 2);
+  EXPECT_EQ(run.reused, 0);
   ExpectSame(out);
+  const std::string brief = BenchmarkBrief(run);
+  EXPECT_EQ(std::ranges::count(brief, '\n'), 12) << brief;  // heads, three errors, six times
+  EXPECT_THAT(brief, HasSubstr("b_az < 0.5"));
 }
 
 TEST_F(Run, SlowGoesOnWhereItWasKilled) {

@@ -224,7 +224,7 @@ TEST_F(ConvertApp, ConvertsAKnownFormatWithoutAMap) {
 
 TEST_F(ConvertApp, TeachesByExample) {
   EXPECT_THAT(Run("--helpshort").out,
-              AllOf(HasSubstr("trueline-convert --map=config/import/nanobench.yaml"),
+              AllOf(HasSubstr("trueline convert --map=config/import/nanobench.yaml"),
                     HasSubstr("--straights='-0.9<x<0.9'"), HasSubstr("sigma_factor")));
 }
 

@@ -158,7 +158,8 @@ TEST_F(RecordingMap, SaysWhatIsMissing) {
               HasSubstr("give either 'channel' or 'type'"));
   const FlightLog log =
       Convert(std::string(kImu) + "  battery: {channel: power, column: volt, optional: true}\n");
-  EXPECT_THAT(log.warnings, testing::Contains(HasSubstr("the map can read, too: battery (power)")));
+  EXPECT_THAT(log.warnings,
+              testing::Contains(HasSubstr("which would be read, too: battery (power)")));
 }
 
 TEST_F(RecordingMap, RefusesAnotherFormat) {

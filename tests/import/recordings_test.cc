@@ -441,7 +441,7 @@ TEST(ShippedMaps, AreFoundByContentAndConvert) {
     EXPECT_EQ(log.mocap.size(), one.mocap) << file;
     for (const std::string& lack : Shortcomings(log, file)) {
       EXPECT_THAT(lack, testing::AnyOf(HasSubstr("the IMU is logged at 25 Hz"),
-                                       HasSubstr("has no IMU; only trueline-diagnose --against")))
+                                       HasSubstr("has no IMU; only trueline diagnose --against")))
           << file;
     }
   }

@@ -149,7 +149,7 @@ TEST(BadInput, AnotherFrame) {
   const LogFiles log;
   ReplaceIn(log / "log.yaml", "NED", "ENU");
   EXPECT_THAT(log.Error(), AllOf(HasSubstr("log.yaml:2: 'frame': found 'ENU'"),
-                                 HasSubstr("trueline-convert turns other frames")));
+                                 HasSubstr("trueline convert turns other frames")));
 }
 
 TEST(BadInput, AnotherBodyFrame) {

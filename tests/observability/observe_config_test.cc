@@ -62,6 +62,10 @@ TEST(ObserveConfig, TableOneHasThePapersNumbers) {
   EXPECT_EQ(Find(cases, "IMU and pose, inputs constant").states, 31);
   EXPECT_NE(ObservabilityYaml(cases, "t").find("states: [r_BM_z, r_BP_z], direction: {r_BM_z: 1, "),
             std::string::npos);
+  EXPECT_EQ(
+      ObservabilityBrief({Find(cases, "Pose only, inputs constant")}),
+      "Pose only, inputs constant: rank 21 of 30 (exact); only jointly r_BM_z, r_BP_z; not seen "
+      "r_BI_x, r_BI_y, b_a_x, b_a_y, b_a_z, b_w_x, b_w_y, b_w_z\n");
 }
 
 // The numerical rank of a flight, by singular values, is the exact one of its kind of motion.

@@ -60,7 +60,8 @@ TEST(ContinuousFixes, AreThoseWithoutGatesAndPauses) {
   const auto found = FindContinuousFixes(log, options);
   ASSERT_TRUE(found.has_value());
   EXPECT_NEAR(found->rate, 5.0, 1e-6);
-  EXPECT_THAT(found->Text(), HasSubstr("fixes are continuous (5 Hz); arcs of"));
+  EXPECT_THAT(found->Text(),
+              HasSubstr("the fixes are continuous (5 Hz): time divides the flight into arcs of"));
 
   FlightLog with_gates = log;
   with_gates.gates.push_back({0, Vector3d::Zero(), 0.0});

@@ -43,7 +43,7 @@ TEST(Identifiability, WhatOnlyThePriorOfAnotherShowsIsNotIdentified) {
   const Identifiability result =
       AnalyseIdentifiability({"a", "b"}, {"m", "m"}, Eigen::Vector2d::Ones(), cov);
   EXPECT_THAT(result.status, ElementsAre("weak", "weak"));
-  EXPECT_THAT(result.combinations, ElementsAre("a +0.894 m with b -0.447 m"));
+  EXPECT_THAT(result.combinations, ElementsAre("a by +0.894 m with b by -0.447 m"));
 }
 
 TEST(Identifiability, StatusesFollowTheShareOfThePriorLeft) {
@@ -52,7 +52,7 @@ TEST(Identifiability, StatusesFollowTheShareOfThePriorLeft) {
       AnalyseIdentifiability({"a", "b", "c"}, {"m", "m", "m"}, Eigen::Vector3d::Ones(),
                              Eigen::Matrix3d(left.cwiseAbs2().asDiagonal()));
   EXPECT_THAT(result.status, ElementsAre("identified", "weak", "unobservable"));
-  EXPECT_THAT(result.combinations, ElementsAre("c +1 m"));
+  EXPECT_THAT(result.combinations, ElementsAre("c by +1 m"));
 }
 
 // One straight shows neither headings nor drag across it, but it shows the bias along the thrust.

@@ -124,8 +124,8 @@ void NameColumns(const std::vector<std::string>& first, std::size_t width, CsvLa
   }
   if (layout->header) {
     layout->warning = fmt::format(
-        "the first line names {} columns where the rows have {}; which names are whose is not "
-        "known, so that columns go by number",
+        "the first line names {} columns where the rows have {}; which name belongs to which "
+        "column is unknown, so columns go by number",
         first.size(), width);
   }
   for (std::size_t i = 1; i <= width; ++i) layout->columns.push_back(std::to_string(i));
