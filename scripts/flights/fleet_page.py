@@ -40,7 +40,7 @@ def _add_history(page, compared, trims):
               for number, (_, group) in enumerate(trims.groupby("parameter"))]
     differing = compared[compared.outcome.isin(["differs", "wrong log"])].drop(columns="earlier")
     page.add("history", "What has changed, and when", paragraph(
-        "Each flight against the earlier ones of its vehicle (trueline-diagnose --against; a day is "
+        "Each flight against the earlier ones of its vehicle (trueline diagnose --against; a day is "
         "a session), each with a chance of 1 % of being named without cause. Colour: vehicles with a "
         "flight that differs. Trim: mean command of a motor in steady flight.", "note"),
         html_table(firsts), *charts,

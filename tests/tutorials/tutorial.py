@@ -4,7 +4,9 @@
 A block of YAML is the reader's map.yaml, blocks of commands run one after the other, and each block of output is
 looked for, line by line, in what the commands before it have said.
 """
+import contextlib
 import os
+import pty
 import re
 import shutil
 import subprocess
@@ -23,6 +25,20 @@ SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve(
 BUILD = Path(os.environ.get("TRUELINE_TEST_BUILD_DIR", SOURCE / "build"))
 PROGRAMS = Path(os.environ.get("TRUELINE_PROGRAMS", BUILD / "apps"))
 BLOCK = re.compile(r"```(sh|text|yaml)\n(.*?)```", re.S)
+
+
+def on_a_terminal(command, folder):
+    """What a command writes to a terminal, both streams."""
+    reader, terminal = pty.openpty()
+    run = subprocess.Popen(command, cwd=folder, stdout=terminal, stderr=terminal)
+    os.close(terminal)
+    text = b""
+    with contextlib.suppress(OSError):  # the end of a terminal
+        while part := os.read(reader, 1 << 16):
+            text += part
+    os.close(reader)
+    assert run.wait() == 0, text
+    return text.decode()
 
 
 def squeezed(text):
@@ -79,17 +95,29 @@ class Tutorial(unittest.TestCase):
         flown = [effect["id"] for effect in self.result("flight.truth.yaml")["effects"]]
         self.assertEqual([cause["id"] for cause in self.result("diagnosis/diagnosis.yaml")["causes"]], flown)
 
-    def test_messages_land_between_the_lines_of_a_result(self):
+    def test_messages_and_progress_land_between_the_lines_of_a_result(self):
         if PAGE != "laboratory.md":
             self.skipTest("one page is enough")
-        self.assertIn("use what was found", " ".join(self.result("diagnosis/diagnosis.yaml")["next"]))
-        command = [PROGRAMS / "trueline", "calibrate", "--log=log", "--out=again", "--report=false"]
-        apart = subprocess.run(command, cwd=self.root, check=True, capture_output=True, text=True)
-        together = subprocess.run(command, cwd=self.root, check=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                  text=True).stdout.splitlines()
-        self.assertIn("warning: ", apart.stderr)
-        for line in (apart.stdout + apart.stderr).splitlines():
-            self.assertIn(line, together)
+        config = SOURCE / "config"
+        for words in (["convert", "--map=map.yaml", "--in=flight.csv", "--out=log_again"],
+                      ["inspect", "--log=log", "--out=again", "--report=false"],
+                      ["calibrate", "--log=log", "--out=again"],
+                      ["diagnose", "--log=log", "--out=again", "--verbose", "--report=false"],
+                      ["observe", f"--config={config}/observe/li2019.yaml", "--out=again", "--report=false"],
+                      ["design", f"--config={config}/design/quick.yaml", "--out=again", "--report=false"],
+                      ["benchmark", f"--config={config}/experiments/figure13.yaml", "--out=again_too", "--short"]):
+            command = [PROGRAMS / "trueline", *words]
+            apart = subprocess.run(command, cwd=self.root, check=True, capture_output=True, text=True)
+            together = subprocess.run(command, cwd=self.root, check=True, stdout=subprocess.PIPE,
+                                      stderr=subprocess.STDOUT, text=True).stdout
+            said = [line.rstrip() for line in apart.stdout.splitlines() if " in " not in line]  # how long it took differs
+            self.assertTrue(said, words)
+            for where, text in (("a file", together), ("a terminal", on_a_terminal(command, self.root))):
+                lines = [line.rstrip() for line in re.split(r"[\r\n]+", text)]
+                for line in said:
+                    self.assertIn(line, lines, f"{words[0]} to {where}")
+            if words[0] == "calibrate":
+                self.assertIn("warning: ", apart.stderr)
 
 
 if __name__ == "__main__":
