@@ -181,8 +181,8 @@ def _gains(node):
     for key, what, count in (("gain", "Final-point error", "arcs"),
                              ("gain_open_loop", "Open-loop error over 1 s", "replays"),
                              ("gain_agreement", "", "seconds")):
-        if key not in node:
-            continue
+        if key not in node or (key == "gain" and node[key]["metric"] == "open_loop_error_1s"):
+            continue  # without arcs `gain` repeats `gain_open_loop`
         gain = node[key]
         held_out = f"{what} on {gain[count]} held-out {count}"
         unit = gain.get("unit", "m")

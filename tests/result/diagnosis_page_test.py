@@ -37,6 +37,7 @@ def result():
             "causes": [cause("rotor_drag", 0.03, "s/m", confirmed=True, witness=silent, other_flights=[repeat]),
                        cause("gate_moved", 0.5, "m", confirmed=False, other_flights=[lonely])],
             "set_aside": [cause("fix_scale", -0.12, "1", because="refuted by a witness: mocap says no",
+                                gain={"metric": "open_loop_error_1s", "before": 0.3, "after": 0.1, "arcs": 50},
                                 witness={"says": "refutes", "text": "mocap says no"})],
             "model_lacks": "causes that no other flight confirms",
             "gain": cause("", 1.0, "")["gain"], "goes_with": [f"heading {HOSTILE}"],
@@ -124,6 +125,7 @@ class PageInBrowser(PageCase):
                       "model.yaml lacks causes that no other flight confirms."):
             self.assertIn(words, text)
         self.assertEqual(text.count("mocap says no"), 1)
+        self.assertEqual(text.count("Final-point error"), 3)  # without arcs there is none
 
     def test_growth_and_shares_are_shown(self):
         self.assertIn("61 %", self.text("#misfit"))
