@@ -96,7 +96,7 @@ def inspect(arguments, log, out):
         return result["findings"], log
     repaired = out / "repaired"
     clear_left_over(repaired)
-    command = shlex.split(result["corrected_by"])[1:]
+    command = shlex.split(result["corrected_by"])[2:]  # trueline convert
     command = [f"--out={repaired}" if flag == "--out=REPAIRED" else flag for flag in command]
     ran = subprocess.run([app(arguments, "convert"), *command, "--quiet"], capture_output=True,
                          text=True, check=False)

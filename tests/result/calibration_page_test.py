@@ -139,7 +139,7 @@ class Rendering(InFolder):
         log, result = synthetic.write_all(self.root, rate=8)
         out = self.root / "report.html"
         cases = [
-            (lambda: (result / "arcs.csv").unlink(), "arcs.csv: no such file; --result must be"),
+            (lambda: (result / "arcs.csv").unlink(), "arcs.csv: no such file; give the folder"),
             (lambda: (result / "arcs.csv").write_text("log,estimator\n"),
              "arcs.csv:1: column 'gamma' is missing"),
             (lambda: (result / "calibration.yaml").write_text("verdict: fine\n"),
