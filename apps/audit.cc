@@ -1,4 +1,6 @@
 // trueline-audit: what a simulator gets wrong of a vehicle.
+#include "problems/simulators/audit.h"
+
 #include <fmt/format.h>
 
 #include "apps/main/flags.h"
@@ -8,7 +10,6 @@
 #include "problems/common/result_folder.h"
 #include "problems/inspection/settle_proposal.h"
 #include "problems/result/render.h"
-#include "problems/simulators/describe_audit.h"
 
 DEFINE_string(simulator, "",
               "the simulator's parameter file; further ones of the vehicle after commas");

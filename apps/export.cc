@@ -8,7 +8,7 @@
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/result/render.h"
-#include "problems/simulators/check_vehicle.h"
+#include "problems/simulators/audit.h"
 #include "problems/simulators/export_vehicle.h"
 
 DEFINE_string(model, "", "model.yaml of a calibration or diagnosis with --drive=rotors");

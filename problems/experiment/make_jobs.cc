@@ -6,7 +6,7 @@
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/experiment/job.h"
-#include "problems/import/read_fixes_from_mocap.h"
+#include "problems/import/import_map.h"
 #include "problems/result/yaml_text.h"
 #include "problems/simulation/variant.h"
 

@@ -9,18 +9,96 @@
 
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
-#include "problems/common/error.h"
 #include "problems/import/channel_row.h"
-#include "problems/import/cut.h"
+#include "problems/import/formats/csv_table.h"
 #include "problems/import/formats/open_recording.h"
-#include "problems/import/formats/tables.h"
-#include "problems/import/formats/text_tables.h"
-#include "problems/import/resolve_channels.h"
 #include "problems/import/stamp_reader.h"
 #include "problems/import/stream_import.h"
+#include "problems/log/csv_text.h"
 
 namespace trueline {
 namespace {
+
+// The part of a log that is kept.
+
+struct Span {
+  TimeNs from = std::numeric_limits<TimeNs>::min();
+  TimeNs to = std::numeric_limits<TimeNs>::max();
+};
+
+Span SpanOfTimes(const CutOptions& options, TimeNs start) {
+  Span span;
+  const TimeNs origin = options.relative_to_start ? start : 0;
+  if (options.from) span.from = origin + FromSeconds(*options.from);
+  if (options.to) span.to = origin + FromSeconds(*options.to);
+  return span;
+}
+
+constexpr double kAtEnds = 0.5;  // s, over which the vehicle moves or stands
+constexpr double kMoves = 0.3;   // m/s
+
+// Whether the vehicle moves where its mocap begins, or, by reversed iterators, ends.
+template <typename Iterator>
+bool Moves(Iterator first, Iterator last) {
+  const auto later = std::find_if(first, last, [&](const PoseSample& pose) {
+    return std::abs(SecondsBetween(first->t, pose.t)) >= kAtEnds;
+  });
+  if (later == last) return false;
+  const double seconds = std::abs(SecondsBetween(first->t, later->t));
+  return (later->p_E - first->p_E).norm() > kMoves * seconds;
+}
+
+// From the first to the last mocap sample above the height; z points down. A recording that begins
+// or ends in flight is kept from its start, or to its end.
+Span AirborneSpan(const CutOptions& options, const std::vector<PoseSample>& mocap,
+                  const std::string& map_file) {
+  const bool begins_in_flight = Moves(mocap.begin(), mocap.end());
+  const bool ends_in_flight = Moves(mocap.rbegin(), mocap.rend());
+  if (begins_in_flight && ends_in_flight) return {};
+  const double ground = (begins_in_flight ? mocap.back() : mocap.front()).p_E.z();
+  const auto high = [&](const PoseSample& pose) {
+    return ground - pose.p_E.z() > *options.min_height;
+  };
+  const auto first = std::find_if(mocap.begin(), mocap.end(), high);
+  const auto last = std::find_if(mocap.rbegin(), mocap.rend(), high);
+  if (first == mocap.end()) {
+    throw ErrorAt(map_file, 0,
+                  fmt::format("'cut.airborne': mocap never rises {} m above its start; "
+                              "lower 'min_height'",
+                              *options.min_height));
+  }
+  const TimeNs margin = FromSeconds(options.margin);
+  Span span;
+  if (!begins_in_flight) span.from = first->t + margin;
+  if (!ends_in_flight) span.to = last->t - margin;
+  return span;
+}
+
+// Removes all samples outside of the cut from every stream. Throws InputError naming `map_file` if
+// no IMU sample remains, or if a height is given and there is no mocap.
+void CutLog(const CutOptions& options, const std::string& map_file, FlightLog* log) {
+  if (!options.from && !options.to && !options.min_height) return;
+  if (log->imu.empty()) throw ErrorAt(map_file, 0, "'cut' needs the stream 'imu'; remove it");
+  Span span = SpanOfTimes(options, log->imu.front().t);
+  if (options.min_height) {
+    if (log->mocap.empty()) {
+      throw ErrorAt(map_file, 0, "'cut.airborne' needs the stream 'mocap'; use 'from' and 'to'");
+    }
+    const Span airborne = AirborneSpan(options, log->mocap, map_file);
+    span = {std::max(span.from, airborne.from), std::min(span.to, airborne.to)};
+  }
+  const TimeNs start = log->imu.front().t;
+  const TimeNs end = log->imu.back().t;
+  ForEachStream(*log, [&](const Stream&, auto& samples) {
+    std::erase_if(samples, [&](const auto& s) { return s.t < span.from || s.t > span.to; });
+  });
+  if (log->imu.empty()) {
+    throw ErrorAt(map_file, 0,
+                  fmt::format("'cut' leaves nothing of the IMU, which lasts from {} s "
+                              "to {} s; widen it",
+                              TimeText(start), TimeText(end)));
+  }
+}
 
 // Whether the chunks of the format may stand in another order than that of time.
 bool HasChunks(const std::string& format) {
@@ -90,12 +168,6 @@ void KeepOnePart(const std::string& file, bool tells_order,
   warnings->push_back(RestartWarning(file, name, parts, left_out));
 }
 
-// A stream may have a clock of its own.
-void KeepOnePartOfEach(const std::string& file, const std::vector<StreamImport*>& streams,
-                       std::vector<std::string>* warnings) {
-  for (StreamImport* stream : streams) KeepOnePart(file, false, {stream}, warnings);
-}
-
 // Reads the rows of one file for the streams that come from it.
 void ReadFile(const std::string& file, const CsvDialect& dialect,
               const std::vector<StreamImport*>& streams, std::vector<std::string>* warnings) {
@@ -106,7 +178,8 @@ void ReadFile(const std::string& file, const CsvDialect& dialect,
   }
   if (!any) throw ErrorAt(file, 0, "has no rows; give the path of a recorded log");
   KeepOnePart(file, true, streams, warnings);
-  KeepOnePartOfEach(file, streams, warnings);
+  // A stream may have a clock of its own.
+  for (StreamImport* stream : streams) KeepOnePart(file, false, {stream}, warnings);
   for (StreamImport* stream : streams) stream->Finish(warnings);
 }
 
@@ -126,7 +199,7 @@ void ReadRecording(Recording* recording, const std::vector<StreamImport*>& strea
   if (format != "asl") {  // whose files are read one after the other
     KeepOnePart(recording->file(), !HasChunks(format), streams, warnings);
   }
-  KeepOnePartOfEach(recording->file(), streams, warnings);
+  for (StreamImport* stream : streams) KeepOnePart(recording->file(), false, {stream}, warnings);
   try {
     for (StreamImport* stream : streams) stream->Finish(warnings);
   } catch (const InputError& error) {  // known damage may be the reason

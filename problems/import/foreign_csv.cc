@@ -8,7 +8,6 @@
 #include <limits>
 #include <utility>
 
-#include "problems/common/error.h"
 #include "problems/log/units.h"
 
 namespace trueline {

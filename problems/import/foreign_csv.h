@@ -51,13 +51,6 @@ class ForeignRow {
   virtual InputError MissingError(const std::string& stream) const = 0;
 };
 
-struct CsvDialect {
-  CsvSeparators separators;
-  int skip_lines = 0;       // before the header, or before the first row
-  bool header = true;       // a line of names follows
-  bool units_line = false;  // and below that a line of units, which is skipped
-};
-
 class ForeignCsv : public ForeignRow {
  public:
   ForeignCsv(const std::filesystem::path& path, const CsvDialect& dialect,

@@ -5,7 +5,7 @@
 //   gravity: 9.81            # m/s^2
 //   environment: indoors     # or outdoors; indoors no wind is looked for
 //   mocap_clock: imu         # mocap, and fixes sampled from it, are moved by what accelerations
-//                            # show (align_mocap.h); own: the stamps are kept
+//                            # show (AlignMocap); own: the stamps are kept
 //   inputs:                  # one for each file of --in, in this order
 //     board:                 # a name of your own
 //       delimiter: ","       # or ";", "|", tab, space (runs of blanks)
@@ -211,5 +211,24 @@ Unsorted ReadUnsorted(const YamlMap& map, Unsorted fallback);
 // Every stream that the map has, by name; `axes` are those of the whole map.
 std::map<std::string, StreamMap> ReadStreamsMap(const YamlMap& map, const SourceAxes& axes,
                                                 const std::vector<InputMap>& inputs);
+
+// The `fixes_from_mocap` section of a column map.
+
+FixesFromMocap ReadFixesFromMocap(const YamlMap& map);
+
+// The keys of FixSamplerOptions, where `map` has them; the others keep their defaults.
+FixSamplerOptions ReadFixSamplerOptions(const YamlMap& map);
+
+// A condition "low<x<high" on one axis of E as a box; `where` names its origin, for the error.
+StraightBox ParseBoxCondition(const std::string& condition, const std::string& where);
+
+// Settings of the fixes sampled from mocap; flags override those of the map: `numbers` by the keys
+// of FixSamplerOptions, of which a negative one keeps the map's, and `straights`: "auto", or
+// conditions on axes of E with ';' between, all of which hold. No value if neither the map nor a
+// flag asks for sampled fixes. Throws InputError for an impossible setting, or if the log has real
+// fixes or no mocap.
+std::optional<FixesFromMocap> OverrideFixes(const ImportMap& map,
+                                            const std::map<std::string, double>& numbers,
+                                            const std::string& straights);
 
 }  // namespace trueline

@@ -1,17 +1,39 @@
 // Source of a native quantity: columns or constants, units, scale, offset, axes.
 #pragma once
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "problems/common/strict_yaml.h"
 #include "problems/import/foreign_csv.h"
-#include "problems/import/frames.h"
 #include "problems/log/units.h"
 
 namespace trueline {
+
+// Axes of foreign logs, as rotations to the native ones.
+
+// From the source's axes to NED and to FRD; rotations but for a left-handed `matrix`.
+struct SourceAxes {
+  Eigen::Matrix3d earth = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d body = Eigen::Matrix3d::Identity();
+};
+
+// The keys `earth` and `body` of `map`; a missing one keeps the value of `fallback`.
+//
+//   earth: NED | ENU | NWU (z up, x is north) | {axes: [z, -x, -y], yaw_deg: 33}
+//   body:  FRD | FLU | {axes: [x, -y, -z]}
+//
+// `axes` states which of the source's axes is the native first, second and third one. `yaw_deg`
+// then rotates the earth about down: v_E = Rz(yaw) v. Axes must be right-handed. `matrix: [[...],
+// [...], [...]]` is then applied: any orthogonal one, for vectors also left-handed.
+SourceAxes ReadAxes(const YamlMap& map, const SourceAxes& fallback);
+
+// The mapping that ReadAxes reads as `axes`.
+YAML::Node AxesNode(const Eigen::Matrix3d& axes);
 
 // One column, by name or by number from 1, or a constant: `px`, `19`, `{constant: -1.5}`.
 class SourceColumn {

@@ -1,10 +1,6 @@
 #include "problems/import/stamp_reader.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdlib>
 
 namespace trueline {
@@ -47,6 +43,19 @@ std::vector<ClockRun> RunsOf(const std::vector<TimeNs>& stamps, std::size_t begi
   std::erase_if(runs, [](const ClockRun& run) { return run.count < kFewestRows; });
   return runs;
 }
+
+struct Counter {
+  const char* name;
+  TimeNs period;
+};
+constexpr std::array<Counter, 6> kCounters = {{{"a day", 24 * 3600 * kNsPerSecond},
+                                               {"32 bits in us", (1LL << 32) * 1000},
+                                               {"32 bits in ms", (1LL << 32) * 1'000'000},
+                                               {"32 bits in ns", 1LL << 32},
+                                               {"16 bits in ms", (1LL << 16) * 1'000'000},
+                                               {"16 bits in us", (1LL << 16) * 1000}}};
+constexpr std::size_t kFewestSteps = 5;  // that show the usual step
+constexpr TimeNs kMostSteps = 50;        // usual ones, that may be missing where it wraps
 
 }  // namespace
 
@@ -93,23 +102,6 @@ double CoveredBy(std::vector<TimeNs> stamps) {
   }
   return covered;
 }
-
-namespace {
-
-struct Counter {
-  const char* name;
-  TimeNs period;
-};
-constexpr std::array<Counter, 6> kCounters = {{{"a day", 24 * 3600 * kNsPerSecond},
-                                               {"32 bits in us", (1LL << 32) * 1000},
-                                               {"32 bits in ms", (1LL << 32) * 1'000'000},
-                                               {"32 bits in ns", 1LL << 32},
-                                               {"16 bits in ms", (1LL << 16) * 1'000'000},
-                                               {"16 bits in us", (1LL << 16) * 1000}}};
-constexpr std::size_t kFewestSteps = 5;  // that show the usual step
-constexpr TimeNs kMostSteps = 50;        // usual ones, that may be missing where it wraps
-
-}  // namespace
 
 TimeNs WrappedClock::Undo(TimeNs stamp) {
   if (count_ == 0) first_ = last_ = stamp;

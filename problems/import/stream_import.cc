@@ -2,18 +2,88 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
+#include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "problems/common/error.h"
-#include "problems/import/local_frame.h"
+#include "problems/common/units.h"
 #include "problems/import/shared_stamps.h"
-#include "problems/import/stamp_reader.h"
 #include "problems/log/csv_text.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
+
+// Geodetic positions (WGS 84) in a local frame.
+
+// Of longitudes (deg), which may lie on both sides of the date line.
+double MedianLongitude(const std::vector<Eigen::Vector3d>& positions) {
+  double sine = 0.0, cosine = 0.0;
+  for (const Eigen::Vector3d& position : positions) {
+    sine += std::sin(kDegree * position.y());
+    cosine += std::cos(kDegree * position.y());
+  }
+  const double mean = std::atan2(sine, cosine) / kDegree;
+  std::vector<double> differences;
+  for (const Eigen::Vector3d& position : positions) {
+    differences.push_back(std::remainder(position.y() - mean, 360.0));
+  }
+  return mean + UpperMedian(differences);
+}
+
+double MedianLatitude(const std::vector<Eigen::Vector3d>& positions) {
+  std::vector<double> latitudes;
+  for (const Eigen::Vector3d& position : positions) latitudes.push_back(position.x());
+  return UpperMedian(latitudes);
+}
+
+// North, east and down (m) at the first position that lies near the median of all: the plane
+// tangential to the ellipsoid there, and not the curved surface, so that distances are right. A
+// receiver's first fix may be thousands of km off.
+class LocalFrame {
+ public:
+  // Whether there is such a place (deg). Receivers without a fix report zeros.
+  static bool IsPlace(double latitude, double longitude) {
+    return std::abs(latitude) <= 90.0 && std::abs(longitude) <= 360.0 &&
+           (latitude != 0.0 || longitude != 0.0);
+  }
+  // Latitude and longitude (deg) and height (m) of each position, in the file's order, before the
+  // first call of the functions below.
+  void Add(const Eigen::Vector3d& position) { positions_.push_back(position); }
+
+  Eigen::Vector3d ToNed(const Eigen::Vector3d& position) {
+    if (!frame_) SetOrigin();
+    double east = 0.0, north = 0.0, up = 0.0;
+    frame_->Forward(position.x(), position.y(), position.z(), east, north, up);
+    return {north, east, -up};
+  }
+  // Within 10 km of the median.
+  bool IsNear(const Eigen::Vector3d& position) {
+    constexpr double kNear = 1e4;  // m
+    if (!median_) SetOrigin();
+    Eigen::Vector3d away = Eigen::Vector3d::Zero();  // the chord's, without the height
+    median_->Forward(position.x(), position.y(), 0.0, away.x(), away.y(), away.z());
+    return away.norm() < kNear;
+  }
+
+ private:
+  // On a flight so long that its median lies far from its path, the first position.
+  void SetOrigin() {
+    median_.emplace(MedianLatitude(positions_), MedianLongitude(positions_), 0.0);
+    auto first = std::find_if(positions_.begin(), positions_.end(),
+                              [&](const Eigen::Vector3d& p) { return IsNear(p); });
+    if (first == positions_.end()) first = positions_.begin();
+    frame_.emplace(first->x(), first->y(), first->z());
+    positions_ = {};
+  }
+
+  std::vector<Eigen::Vector3d> positions_;
+  std::optional<GeographicLib::LocalCartesian> frame_;   // none before the origin is set
+  std::optional<GeographicLib::LocalCartesian> median_;  // likewise; at height zero
+};
 
 // In SI units. Reading a native log refuses twice as much, which leaves room for turned axes.
 constexpr double kLargestNumber = 5e8;
@@ -146,67 +216,20 @@ class RowConverter {
   double norm_ = 1.0;
 };
 
-// Archive that brings a sample's geodetic positions to the local frame.
-class GeodeticConverter {
- public:
-  GeodeticConverter(const StreamMap& map, LocalFrame* frame)
-      : source_(map.fields.begin()), frame_(frame) {}
+// Archive that calls visit(source, vector) for the vectors of a sample and their sources.
+template <class Visit>
+struct VectorVisitor {
+  std::vector<FieldSource>::const_iterator source;
+  const Visit& visit;
 
-  void operator()(const Field&, Eigen::Vector3d& vector) {
-    if (source_->geodetic) {
-      position_ = vector;
-      vector = frame_->ToNed(vector);
-    }
-    ++source_;
-  }
-  template <class T>
-  void operator()(const Field&, T&) {
-    ++source_;
-  }
-
-  // As it was.
-  const std::optional<Eigen::Vector3d>& position() const { return position_; }
-
- private:
-  std::vector<FieldSource>::const_iterator source_;
-  LocalFrame* frame_;
-  std::optional<Eigen::Vector3d> position_;
+  void operator()(const Field&, Eigen::Vector3d& vector) { visit(*source++, &vector); }
+  void operator()(const Field&, auto&) { ++source; }
 };
-
-// Archive that puts the integral in the place of a velocity, sample after sample.
-class VelocityIntegrator {
- public:
-  explicit VelocityIntegrator(const StreamMap& map) : map_(map) {}
-
-  void Start(TimeNs t) {
-    dt_ = is_first_ ? 0.0 : SecondsBetween(t_, t);
-    t_ = t;
-    source_ = map_.fields.begin();
-  }
-  void operator()(const Field&, Eigen::Vector3d& vector) {
-    if (source_->is_velocity) {
-      const Eigen::Vector3d velocity = vector;
-      if (!is_first_) position_ += 0.5 * dt_ * (before_ + velocity);
-      vector = position_;
-      before_ = velocity;
-      is_first_ = false;
-    }
-    ++source_;
-  }
-  template <class T>
-  void operator()(const Field&, T&) {
-    ++source_;
-  }
-  bool any() const { return !is_first_; }
-
- private:
-  const StreamMap& map_;
-  std::vector<FieldSource>::const_iterator source_;
-  Eigen::Vector3d position_ = Eigen::Vector3d::Zero(), before_ = Eigen::Vector3d::Zero();
-  TimeNs t_ = 0;
-  double dt_ = 0.0;
-  bool is_first_ = true;
-};
+template <class Sample, class Visit>
+void ForEachVector(const StreamMap& map, const Stream& stream, Sample* sample, const Visit& visit) {
+  VectorVisitor<Visit> visitor{map.fields.begin(), visit};
+  Sample::Describe(visitor, *sample, stream);
+}
 
 bool IsGeodetic(const StreamMap& map) {
   return std::any_of(map.fields.begin(), map.fields.end(),
@@ -384,12 +407,7 @@ class SampleImport : public StreamImport {
     const SharedStamps shared = SpreadShared(stream_, samples_);
     unsorted_ += shared.dropped;
     const std::size_t strays = IsGeodetic(map_) ? ToLocalFrame() : 0;
-    VelocityIntegrator integrator(map_);
-    for (Sample& sample : *samples_) {
-      integrator.Start(sample.t);
-      Sample::Describe(integrator, sample, stream_);
-    }
-    if (integrator.any()) {
+    if (IntegrateVelocities()) {
       warnings->push_back(fmt::format(
           "{}: there is no position; velocities are integrated to one, from (0, 0, 0) on: what "
           "depends on the place or on slow drift can't be judged",
@@ -482,13 +500,33 @@ class SampleImport : public StreamImport {
   std::size_t ToLocalFrame() {
     std::vector<TimedPlace> places;
     for (Sample& sample : *samples_) {
-      GeodeticConverter converter(map_, frame_.get());
-      Sample::Describe(converter, sample, stream_);
-      const Eigen::Vector3d position = converter.position().value_or(Eigen::Vector3d::Zero());
+      Eigen::Vector3d position = Eigen::Vector3d::Zero();
+      ForEachVector(map_, stream_, &sample, [&](const FieldSource& source, Eigen::Vector3d* v) {
+        if (!source.geodetic) return;
+        position = *v;
+        *v = frame_->ToNed(position);
+      });
       places.push_back({sample.t, frame_->ToNed(position), frame_->IsNear(position)});
     }
     const std::vector<bool> strays = StraysOf(places);
     return KeepOnly([&](std::size_t i) { return !strays[i]; }, samples_);
+  }
+
+  // Puts the integrals in the place of velocities. False where there are none.
+  bool IntegrateVelocities() {
+    bool any = false;
+    Eigen::Vector3d position = Eigen::Vector3d::Zero(), before = position;
+    TimeNs t = 0;
+    for (Sample& sample : *samples_) {
+      ForEachVector(map_, stream_, &sample, [&](const FieldSource& source, Eigen::Vector3d* v) {
+        if (!source.is_velocity) return;
+        if (any) position += 0.5 * SecondsBetween(t, sample.t) * (before + *v);
+        before = std::exchange(*v, position);
+        any = true;
+      });
+      t = sample.t;
+    }
+    return any;
   }
 
   // --- Rows that can't become samples

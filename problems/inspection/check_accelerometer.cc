@@ -19,8 +19,6 @@ constexpr double kUsualTilt = 2.5 * kDegree;
 // a bias is then a scale if it is larger than sensors have: makers state up to 80 mg along z.
 constexpr double kMostBias = 0.85;  // m/s^2
 constexpr double kUpright = 0.35;   // horizontal over vertical part of the bias
-// rad, by which a force seems turned if an axis reads another multiple of it.
-constexpr double kTurnOfForce = 30.0 * kDegree;
 
 Eigen::Matrix3d Snapped(const Eigen::Matrix3d& turn) {
   for (const Eigen::Matrix3d& m : SignedPermutations()) {
@@ -73,28 +71,23 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
   if (turn.isIdentity(1e-9) || !better || !HoldsInOtherHalf(force, bends, hints)) return;
   // The earth axes of position may be turned instead.
   if (ResidualOfTurnedBends(e->fixed, witness.attitude, bends) < kAlikeRest * fit->residual) return;
-  const double size = TurnSize(turn);
-  Finding finding{.level = LevelOfTurn(size), .size = size, .error = fit->as_read - fit->residual};
-  finding.text = fmt::format(
-      "the accelerometer's axes are not the body's: taken as {}, {}, it leaves {:.2f} m/s^2 (rms) "
-      "of the acceleration of {} unexplained, otherwise {:.2f}",
-      AxesText(turn),
-      e->RepairOf("imu").accel.isIdentity(1e-9) ? "the gyroscope's left as they are"
-                                                : "beside the gyroscope's repair",
-      fit->residual, witness.stream, fit->as_read);
-  finding.remedy = "take the accelerometer's axes so";
-  AddAccelerometerAxes(e, turn, finding);
+  AddAccelerometerAxes(
+      e, turn, fit->as_read - fit->residual,
+      fmt::format("the accelerometer's axes are not the body's: taken as {}, {}, it leaves {:.2f} "
+                  "m/s^2 (rms) of the acceleration of {} unexplained, otherwise {:.2f}",
+                  AxesText(turn),
+                  e->RepairOf("imu").accel.isIdentity(1e-9) ? "the gyroscope's left as they are"
+                                                            : "beside the gyroscope's repair",
+                  fit->residual, witness.stream, fit->as_read));
 }
 
 void AddBias(Examination* e, const Eigen::Vector3d& bias, const std::string& stream) {
-  Finding finding{"accelerometer_bias", "imu", Level::kBiases, bias.norm(), "m/s^2", bias.norm()};
-  finding.text = fmt::format(
-      "the accelerometer is off by ({:.2f}, {:.2f}, {:.2f}) m/s^2, by the acceleration of {}",
-      -bias.x(), -bias.y(), -bias.z(), stream);
-  finding.remedy =
-      "the calibration estimates it; a bias above 1 m/s^2 asks for a calibration of the "
-      "sensor at rest";
-  e->Add(finding);
+  e->Add({"accelerometer_bias", "imu", Level::kBiases, bias.norm(), "m/s^2", bias.norm()},
+         fmt::format("the accelerometer reads ({:.2f}, {:.2f}, {:.2f}) m/s^2 too much, by the "
+                     "acceleration of {}",
+                     -bias.x(), -bias.y(), -bias.z(), stream),
+         "the calibration estimates it; a bias above 1 m/s^2 asks for a calibration of the "
+         "sensor at rest");
 }
 
 // m/s^2, of a bias that no usual misalignment explains.
@@ -153,11 +146,8 @@ bool CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend
 // Factors of the bends' width. The noise of readings makes shares smaller, the less so the wider
 // the bends are; a wrong scale is the same at all widths.
 constexpr double kWidths[] = {1.0, 2.0, 3.0};
-constexpr double kMostNoise = 0.2;  // m; bends for more noise are too wide for the body's turns
-constexpr LagSearch kPositionLag = {0.5};  // s
-constexpr double kLeastShare = 0.5;        // of a reading in a lateral force
-constexpr double kMostThrust = 0.3;        // share of z, beyond which more than x and y is turned
-constexpr double kLateralForce = 1.0;      // m/s^2, of drag at racing speed
+constexpr double kMostNoise = 0.2;     // m; bends for more noise are too wide for the body's turns
+constexpr double kLateralForce = 1.0;  // m/s^2, of drag at racing speed
 constexpr double kLowShare = 0.65, kHighShare = 1.5;  // of an axis that reads another multiple
 
 // The positions at one width of bends, as they are and in the axes that are nearest to the
@@ -170,7 +160,7 @@ struct Look {
 // The clock of mocap and poses is known by their turns. Fixes that are late take a part of thrust
 // for a lateral force.
 void RemoveLag(const Examination& e, PositionWitness* witness) {
-  const auto match = MatchBends(e.fixed, witness->attitude, witness->bends, kPositionLag);
+  const auto match = MatchBends(e.fixed, witness->attitude, witness->bends, LagSearch{kNearLag});
   if (!match) return;
   for (Bend& bend : witness->bends) bend.t -= match->lag;
 }
@@ -194,7 +184,7 @@ std::vector<Look> LooksAt(const Examination& e, const std::string& stream) {
 Eigen::RowVector2d ShownAxis(const LateralForce& fit, int row) {
   for (int k = 0; k < 2; ++k) {
     const double share = fit.share(row, k), other = fit.share(row, 1 - k);
-    if (std::abs(share) < std::max(kLeastShare, kShown * fit.sigma(row, k))) continue;
+    if (std::abs(share) < std::max(kMost, kShown * fit.sigma(row, k))) continue;
     if (std::abs(other) < 0.5 * std::abs(share)) {
       return std::copysign(1.0, share) * Eigen::RowVector2d::Unit(k);
     }
@@ -219,7 +209,7 @@ struct ShownAxes {
 
 std::optional<ShownAxes> AxesBy(const BodyForce& force, const std::vector<Bend>& bends) {
   const auto fit = FitLateralForce(force, bends);
-  if (!fit || fit->share.col(2).cwiseAbs().maxCoeff() > kMostThrust) return std::nullopt;
+  if (!fit || fit->share.col(2).cwiseAbs().maxCoeff() > kLittle) return std::nullopt;
   ShownAxes shown{*fit, {}};
   shown.of << ShownAxis(*fit, 0), ShownAxis(*fit, 1);
   return shown;
@@ -237,18 +227,16 @@ std::optional<ShownAxes> BestAxes(const BodyForce& force, const Look& look) {
 }
 
 std::string ShareText(const LateralForce& fit, int row) {
-  return fmt::format("along {} it is {:+.2f} +- {:.2f} of x and {:+.2f} +- {:.2f} of y", "xy"[row],
+  return fmt::format("{}'s is {:+.2f} +- {:.2f} of x and {:+.2f} +- {:.2f} of y", "xy"[row],
                      fit.share(row, 0), fit.sigma(row, 0), fit.share(row, 1), fit.sigma(row, 1));
 }
 
 void AddExchange(Examination* e, const std::string& stream, const ShownAxes& shown) {
-  Finding finding{.level = Level::kFatal, .size = 180.0, .error = kLateralForce};
-  finding.text = fmt::format(
-      "the accelerometer's x and y are not the body's: the force that the acceleration of {} shows "
-      "is another mixture of its readings, {}, {}",
-      stream, ShareText(shown.fit, 0), ShareText(shown.fit, 1));
-  finding.remedy = fmt::format("take the accelerometer's axes as {}", AxesText(shown.Turn()));
-  AddAccelerometerAxes(e, shown.Turn(), finding);
+  AddAccelerometerAxes(
+      e, shown.Turn(), kLateralForce,
+      fmt::format("the accelerometer's x and y are not the body's: by the acceleration of {}, of "
+                  "the force along the body's axes {}, {}",
+                  stream, ShareText(shown.fit, 0), ShareText(shown.fit, 1)));
 }
 
 // The share of an axis where it is off by as much at every width; none else.
@@ -268,15 +256,18 @@ std::optional<double> OffShare(const std::vector<ShownAxes>& all, int axis) {
 
 Finding ScaleOf(const PositionWitness& witness, int axis, const LateralForce& fit) {
   const double share = fit.share(axis, axis), sigma = fit.sigma(axis, axis);
-  Finding finding{"lateral_force", "imu", Level::kBiases, share, "1", kLateralForce, sigma};
-  finding.text = fmt::format(
-      "the force along the body's {} that {} shows is {:.2g} +- {:.1g} times what the "
-      "accelerometer reads along it",
-      "xy"[axis], witness.stream, finding.size, finding.sigma);
-  finding.remedy =
-      "check the scale of this axis; drag is read from it (drag_measurement: {enabled: false} "
-      "leaves both out)";
-  return finding;
+  return {"lateral_force",
+          "imu",
+          Level::kBiases,
+          share,
+          "1",
+          kLateralForce,
+          sigma,
+          fmt::format("the force along the body's {} that {} shows is {:.2g} +- {:.1g} times what "
+                      "the accelerometer reads along it",
+                      "xy"[axis], witness.stream, share, sigma),
+          "check the scale of this axis; drag is read from it (drag_measurement: {enabled: false} "
+          "leaves both out)"};
 }
 
 // A filter that knows no drag tilts the force as much as a wrong scale does.
@@ -353,25 +344,25 @@ void AddAccelerometerScale(Examination* e, double factor, double sigma, const st
   const KnownUnit* unit = UnitNear("m/s^2", factor);
   const double error = e->log.gravity * std::abs(1.0 - 1.0 / factor);
   const Level level = unit != nullptr ? Level::kFatal : Level::kBiases;
-  Finding finding{"accelerometer_scale", "imu", level, 1.0 / factor, "1", error};
-  finding.sigma = sigma / (factor * factor);
-  finding.text =
-      fmt::format("the accelerometer reads {:.3g} of the specific force; {}", finding.size, why);
-  finding.remedy = unit != nullptr
-                       ? fmt::format("state its unit, or multiply its readings by {:.6g}{}",
-                                     unit->factor, UnitText(unit))
-                       : fmt::format(
-                             "multiply its readings by {:.4f}; check the unit (g is 9.80665 m/s^2) "
-                             "and the range",
-                             factor);
-  e->AddRepaired(finding, {.accel_scale = unit != nullptr ? unit->factor : factor});
+  const Finding finding{"accelerometer_scale",    "imu", level, 1.0 / factor, "1", error,
+                        sigma / (factor * factor)};
+  e->AddRepaired(
+      finding,
+      fmt::format("the accelerometer reads {:.3g} of the specific force; {}", finding.size, why),
+      unit != nullptr ? fmt::format("state its unit, or multiply its readings by {:.6g}{}",
+                                    unit->factor, UnitText(unit))
+                      : fmt::format("multiply its readings by {:.4f}; check the unit (g is 9.80665 "
+                                    "m/s^2) and the range",
+                                    factor),
+      {.accel_scale = unit != nullptr ? unit->factor : factor});
 }
 
-void AddAccelerometerAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding) {
-  finding.id = "accelerometer_axes";
-  finding.stream = "imu";
-  finding.unit = "deg";
-  e->AddRepaired(std::move(finding), {.accel = turn});
+void AddAccelerometerAxes(Examination* e, const Eigen::Matrix3d& turn, double error,
+                          const std::string& text) {
+  const double size = TurnSize(turn);
+  e->AddRepaired({"accelerometer_axes", "imu", LevelOfTurn(size), size, "deg", error}, text,
+                 fmt::format("take the accelerometer's axes as {}", AxesText(turn)),
+                 {.accel = turn});
 }
 
 void CheckAccelerometer(Examination* e) {
@@ -389,7 +380,7 @@ void CheckAccelerometer(Examination* e) {
     // A scale of all axes explains that of one.
     if ((bends && CheckScale(e, *witness, *bends)) || lateral.empty()) return;
     for (const Finding& finding : lateral) e->Add(finding);
-    e->other_axes = kTurnOfForce;
+    e->other_axes = kClearTurn;
     return;
   }
   CheckMeanForce(e);

@@ -11,8 +11,6 @@
 namespace trueline {
 namespace {
 
-constexpr double kClearCorrelation = 0.3;
-
 // Lean of the mean specific force if the accelerometer were turned.
 double MeanLean(const FlightLog& log, const Eigen::Matrix3d& turn) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -100,8 +98,7 @@ void KeepUpright(const Examination& e, double least, RateWitness* witness) {
 
 // A witness that agrees with the gyroscope only because it shows too little.
 bool ShowsTooLittle(const RateWitness& witness) {
-  return IsIdentity(witness.turn) &&
-         witness.match.unturned < witness.match.correlation - kClearCorrelation;
+  return IsIdentity(witness.turn) && witness.match.unturned < witness.match.correlation - kLittle;
 }
 
 Finding TurnFinding(const Examination& e, const RateWitness& witness, const std::string& id,
@@ -118,29 +115,28 @@ Finding TurnFinding(const Examination& e, const RateWitness& witness, const std:
 
 void TurnGyro(Examination* e, const RateWitness& witness, const std::string& why) {
   const Eigen::Matrix3d repair = witness.turn;
-  Finding finding = TurnFinding(*e, witness, "imu_axes", "imu", repair);
-  finding.text = fmt::format(
-      "the gyroscope's axes are not the body's: its readings as {} agree with the turn rates of {} "
-      "to a correlation of {:.3f}, as read to {:.3f}; {}",
-      AxesText(repair), witness.stream, witness.match.correlation, witness.match.unturned, why);
-  finding.remedy =
-      "take the axes so; the accelerometer is judged by itself where position shows it";
   StreamRepair change{.gyro = repair};
   // Of the same chip, unless gravity contradicts; CheckAccelerometer() looks whether that is so.
   if (StaysUpright(*e, repair)) change.accel = repair;
-  e->AddRepaired(finding, change);
+  e->AddRepaired(
+      TurnFinding(*e, witness, "imu_axes", "imu", repair),
+      fmt::format("the gyroscope's axes are not the body's: its readings as {} agree with the turn "
+                  "rates of {} to a correlation of {:.3f}, as read to {:.3f}; {}",
+                  AxesText(repair), witness.stream, witness.match.correlation,
+                  witness.match.unturned, why),
+      "take the axes so; the accelerometer is judged by itself where position shows it", change);
 }
 
 void TurnAttitude(Examination* e, const RateWitness& witness, const std::string& why) {
   if (witness.turn.determinant() < 0.0) return;
   const Eigen::Matrix3d repair = witness.turn.transpose();
-  Finding finding = TurnFinding(*e, witness, "body_axes", witness.stream, repair);
-  finding.text = fmt::format(
-      "the attitude of {}.csv is that of other body axes: its turn rates as {} agree with the "
-      "gyroscope to a correlation of {:.3f}, as read to {:.3f}; {}",
-      witness.stream, AxesText(repair), witness.match.correlation, witness.match.unturned, why);
-  finding.remedy = "state the body axes of that stream so";
-  e->AddRepaired(finding, {.body = repair});
+  e->AddRepaired(
+      TurnFinding(*e, witness, "body_axes", witness.stream, repair),
+      fmt::format("the attitude of {}.csv is that of other body axes: its turn rates as {} agree "
+                  "with the gyroscope to a correlation of {:.3f}, as read to {:.3f}; {}",
+                  witness.stream, AxesText(repair), witness.match.correlation,
+                  witness.match.unturned, why),
+      "state the body axes of that stream so", {.body = repair});
 }
 
 // The unit that the gyroscope's readings are in. Noise of the attitude's rates makes the ratio of
@@ -195,28 +191,27 @@ double HarmOfScale(const Examination& e, const VectorMatch& match) {
 }
 
 void AddGyroScale(Examination* e, const RateWitness& by) {
-  const double gain = by.match.gain;
+  const double gain = by.match.gain, reads = 1.0 / gain;
   const double sigma = by.match.gain_sigma / (gain * gain);
-  Finding finding{"gyro_scale", "imu", Level::kBiases, 1.0 / gain, "1", HarmOfScale(*e, by.match),
-                  sigma};
-  finding.text = fmt::format("the gyroscope reads {:.3f} +- {:.3f} of the turn rates that {} shows",
-                             finding.size, finding.sigma, by.stream);
   const KnownUnit* unit = UnitOfRates(by.match);
   const double factor = unit != nullptr ? unit->factor : gain;
-  if (unit != nullptr) finding.level = Level::kFatal;
-  finding.remedy = fmt::format("multiply its readings by {:.6g}{}; check the unit and range",
-                               factor, UnitText(unit));
-  e->AddRepaired(finding, {.gyro_scale = factor});
+  const Level level = unit != nullptr ? Level::kFatal : Level::kBiases;
+  e->AddRepaired({"gyro_scale", "imu", level, reads, "1", HarmOfScale(*e, by.match), sigma},
+                 fmt::format("the gyroscope reads {:.3f} +- {:.3f} of the turn rates that {} shows",
+                             reads, sigma, by.stream),
+                 fmt::format("multiply its readings by {:.6g}{}; check the unit and range", factor,
+                             UnitText(unit)),
+                 {.gyro_scale = factor});
 }
 
 void AddAttitudeScale(Examination* e, const RateWitness& of, const std::string& why) {
-  Finding finding{"attitude_scale",          of.stream,          Level::kBiases, of.match.gain, "1",
-                  HarmOfScale(*e, of.match), of.match.gain_sigma};
-  finding.text =
-      fmt::format("the turns of {}.csv are {:.3f} +- {:.3f} times those of the gyroscope, {}",
-                  of.stream, finding.size, finding.sigma, why);
-  finding.remedy = "check the unit of its angles, and the filter that estimates it";
-  e->Add(finding);
+  const Finding finding{"attitude_scale",   of.stream, Level::kBiases,
+                        of.match.gain,      "1",       HarmOfScale(*e, of.match),
+                        of.match.gain_sigma};
+  e->Add(finding,
+         fmt::format("the turns of {}.csv are {:.3f} +- {:.3f} times those of the gyroscope, {}",
+                     of.stream, finding.size, finding.sigma, why),
+         "check the unit of its angles, and the filter that estimates it");
 }
 
 // A ratio between the gyroscope's rates and those of an attitude is the fault of the one that a

@@ -11,8 +11,6 @@ namespace trueline {
 namespace {
 
 constexpr double kLeastOverlap = 8.0;  // s
-constexpr double kAlikeSpan = 0.4;     // of the logarithm of a ratio of spans
-constexpr double kPoseCover = 0.5;     // the same of poses: cameras see a part of a flight
 
 std::string SpanOf(TimeNs origin, TimeNs from, TimeNs to) {
   return fmt::format("{:.1f} to {:.1f} s", SecondsBetween(origin, from),
@@ -30,15 +28,12 @@ bool CheckStreamCover(const std::vector<Sample>& samples, const char* name, Exam
   const auto inside = std::count_if(samples.begin(), samples.end(),
                                     [&](const Sample& s) { return s.t >= begin && s.t <= end; });
   const double share = static_cast<double>(inside) / static_cast<double>(samples.size());
-  if (share >= kCovers) return false;
-  Finding finding{"cover", name, share < 1.0 - kCovers ? Level::kFatal : Level::kBiases, share,
-                  "1"};
-  finding.text = fmt::format(
-      "only {:.0f} % of {}.csv lies within the time of imu.csv ({}): it spans {}", 100.0 * share,
-      name, SpanOf(begin, begin, end), SpanOf(begin, samples.front().t, samples.back().t));
-  finding.remedy =
-      "export the whole flight, or bring the clocks together (time: offset in the map)";
-  e->Add(finding);
+  if (share >= kMostly) return false;
+  e->Add({"cover", name, share < 1.0 - kMostly ? Level::kFatal : Level::kBiases, share, "1"},
+         fmt::format("only {:.0f} % of {}.csv lies within the time of imu.csv ({}): it spans {}",
+                     100.0 * share, name, SpanOf(begin, begin, end),
+                     SpanOf(begin, samples.front().t, samples.back().t)),
+         "export the whole flight, or bring the clocks together (time: offset in the map)");
   return true;
 }
 
@@ -58,15 +53,13 @@ void CheckImuCover(const std::vector<Sample>& samples, const char* name, double 
   const double covered = CoveredBy(inside);
   if (covered >= least * span) return;
   const bool attitude = std::string(name) == "attitude";
-  const bool biases = attitude && covered < (1.0 - kCovers) * span;
-  Finding finding{"cover", name, biases ? Level::kBiases : Level::kWidens, covered / span, "1"};
-  finding.text =
-      fmt::format("{}.csv ({} samples, {}) covers {:.1f} s, {:.0f} % of the {:.1f} s of imu.csv",
-                  name, samples.size(), SpanOf(begin, samples.front().t, samples.back().t), covered,
-                  100.0 * covered / span, span);
-  finding.remedy = attitude ? "log the attitude for the whole flight, or cut the IMU to its time"
-                            : "log it for the whole flight, or cut the log to its time";
-  e->Add(finding);
+  const bool biases = attitude && covered < (1.0 - kMostly) * span;
+  e->Add({"cover", name, biases ? Level::kBiases : Level::kWidens, covered / span, "1"},
+         fmt::format("{}.csv ({} samples, {}) covers {:.1f} s, {:.0f} % of the {:.1f} s of imu.csv",
+                     name, samples.size(), SpanOf(begin, samples.front().t, samples.back().t),
+                     covered, 100.0 * covered / span, span),
+         attitude ? "log the attitude for the whole flight, or cut the IMU to its time"
+                  : "log it for the whole flight, or cut the log to its time");
 }
 
 // s, of the longest other stream; zero where there is none.
@@ -85,7 +78,7 @@ const char* TimeUnitOf(double ratio) {
   constexpr std::array<const char*, 3> kNames = {"ms", "us", "ns"};
   for (std::size_t k = 0; k < kNames.size(); ++k) {
     const double off = std::log(ratio) - 3.0 * static_cast<double>(k + 1) * std::log(10.0);
-    if (std::abs(off) < kAlikeSpan) return kNames[k];
+    if (std::abs(off) < 2.0 * kOtherUnit) return kNames[k];
   }
   return nullptr;
 }
@@ -104,12 +97,11 @@ std::vector<std::string> CheckTimeUnit(Examination* e) {
     const char* unit = other > 0.0 && span > 0.0 ? TimeUnitOf(span / other) : nullptr;
     const double rate = static_cast<double>(samples.size()) / std::max(1e-9, span);
     if (unit == nullptr || rate > kLeastImuRate) return;
-    Finding finding{"time_unit", stream.name, Level::kFatal, span / other, "1", e->log.gravity};
-    finding.text = fmt::format(
-        "the stamps of {}.csv are in {}, not in s: it lasts {:.4g} s at {:.3g} Hz, the {} {:.4g} s",
-        stream.name, unit, span, rate, imu ? "other streams" : "IMU", other);
-    finding.remedy = fmt::format("state `unit: {}` of its time", unit);
-    e->Add(finding);
+    e->Add({"time_unit", stream.name, Level::kFatal, span / other, "1", e->log.gravity},
+           fmt::format("the stamps of {}.csv are in {}, not in s: it lasts {:.4g} s at {:.3g} Hz, "
+                       "the {} {:.4g} s",
+                       stream.name, unit, span, rate, imu ? "other streams" : "IMU", other),
+           fmt::format("state `unit: {}` of its time", unit));
     other_unit.emplace_back(stream.name);
   });
   return other_unit;
@@ -142,10 +134,10 @@ void CheckCover(Examination* e) {
     if (has_other_unit("imu") || has_other_unit(name)) return;
     if (!CheckStreamCover(samples, name, e)) CheckImuCover(samples, name, least, e);
   };
-  check(e->log.attitude, "attitude", kCovers);
+  check(e->log.attitude, "attitude", kMostly);
   check(e->log.fixes, "fixes", 0.0);
-  check(e->log.mocap, "mocap", kPoseCover);
-  check(e->log.pose, "pose", kPoseCover);
+  check(e->log.mocap, "mocap", kMost);
+  check(e->log.pose, "pose", kMost);
   check(e->log.rotors, "rotors", 0.0);
   check(e->log.motors, "motors", 0.0);
   const auto missing = e->log.rotors.empty() ? MissingAttitude(e->log) : std::nullopt;

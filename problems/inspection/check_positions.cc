@@ -6,7 +6,6 @@
 
 #include "problems/common/units.h"
 #include "problems/inspection/clear.h"
-#include "problems/inspection/fix_agreement.h"
 #include "problems/inspection/force_fit.h"
 #include "problems/inspection/position_witness.h"
 #include "problems/inspection/vector_match.h"
@@ -18,7 +17,6 @@ namespace {
 // takes the specific force for gravity.
 constexpr double kTiltOfPose = 0.3 * kDegree;
 constexpr double kTiltOfAhrs = 1.5 * kDegree;
-constexpr double kDriftOfFixes = 5e-3;  // s/s, beyond what errors at gates look like
 
 // What a stream of positions was compared with.
 struct Reference {
@@ -42,7 +40,7 @@ std::optional<VectorMatch> BesideFilter(Examination* e, const PositionWitness& w
         witness.stream, LateText(match.lag), as_stamped->gain));
     return std::nullopt;
   }
-  const auto beside = FollowingOf(*e, witness, std::abs(match.lag) + kLeastPositionLag);
+  const auto beside = FollowingOf(*e, witness, std::abs(match.lag) + kPlaceClock.lag);
   if (!beside || beside->match.correlation < match.correlation) return match;
   match.lag_sigma = std::hypot(match.lag_sigma, 0.5 * (match.lag - beside->match.lag));
   match.lag = beside->match.lag;
@@ -50,7 +48,7 @@ std::optional<VectorMatch> BesideFilter(Examination* e, const PositionWitness& w
 }
 
 bool IsLate(const VectorMatch& match) {
-  if (std::abs(match.lag) < std::max(kLeastPositionLag, kShown * match.lag_sigma)) return false;
+  if (std::abs(match.lag) < std::max(kPlaceClock.lag, kShown * match.lag_sigma)) return false;
   // Errors of a map, gate by gate, favour some lag a little; a clock's does so clearly.
   return RestOf(match.correlation) < kExplains * RestOf(match.unshifted);
 }
@@ -78,27 +76,17 @@ void AddLag(Examination* e, const std::string& stream, VectorMatch match,
     if (!beside || !IsLate(*beside)) return;
     match = *beside;
   }
-  Finding finding{
-      .stream = stream,
-      .level = match.unshifted < 0.6 * match.correlation ? Level::kFatal : Level::kBiases,
-      .error = match.seen_rms * std::min(1.0, 5.0 * std::abs(match.lag)),
-      .sigma = match.lag_sigma};
-  finding.text = fmt::format(
+  const std::string text = fmt::format(
       "the positions of {}.csv come {} than {} shows{} (correlation {:.3f}, as stamped {:.3f})",
-      stream, LateText(match.lag), reference.what,
-      match.or_else ? fmt::format(", or {}, as laps repeat", LateText(*match.or_else)) : "",
-      match.correlation, match.unshifted);
-  if (reference.own_clock) {
-    AddClockOffset(e, match.lag, finding);
-    return;
-  }
-  finding.id = "position_late";
-  finding.size = match.lag;
-  finding.unit = "s";
-  finding.remedy =
-      "its attitude is in time: position and attitude of the poses were not measured "
-      "at one time; state the position's own time";
-  e->Add(finding);
+      stream, LateText(match.lag), reference.what, OrElseText(match), match.correlation,
+      match.unshifted);
+  const double error = match.seen_rms * std::min(1.0, 5.0 * std::abs(match.lag));
+  const Level level = match.unshifted < 0.6 * match.correlation ? Level::kFatal : Level::kBiases;
+  const Finding finding{"position_late", stream, level, match.lag, "s", error, match.lag_sigma};
+  if (reference.own_clock) return AddClockOffset(e, match.lag, finding, text);
+  e->Add(finding, text,
+         "its attitude is in time: position and attitude of the poses were not measured at one "
+         "time; state the position's own time");
 }
 
 void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match,
@@ -108,14 +96,15 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
   if (!IsConfirmed(*e, reference, {.position = turn.transpose()})) return;
   if (TurnBetween(turn, Eigen::Matrix3d::Identity()).norm() < e->other_axes) return;
   if (reference.any_heading && IsHeading(turn)) return;  // CheckHeading() judges it
-  Finding finding{.stream = stream,
-                  .error = match.seen_rms * 2.0 * std::sin(0.5 * TurnSize(turn) * kDegree),
-                  .sigma = std::sqrt(match.turn_cov.trace()) / kDegree};
-  finding.text = fmt::format(
-      "the positions of {}.csv are in other axes: taken as {} they agree with {} to a correlation "
-      "of {:.3f}, as read to {:.3f}",
-      stream, AxesText(turn.transpose()), reference.what, match.correlation, match.unturned);
-  AddPositionAxes(e, turn, finding);
+  AddPositionAxes(
+      e, turn,
+      {.stream = stream,
+       .error = match.seen_rms * 2.0 * std::sin(0.5 * TurnSize(turn) * kDegree),
+       .sigma = std::sqrt(match.turn_cov.trace()) / kDegree},
+      fmt::format("the positions of {}.csv are in other axes: taken as {} they agree with {} to a "
+                  "correlation of {:.3f}, as read to {:.3f}",
+                  stream, AxesText(turn.transpose()), reference.what, match.correlation,
+                  match.unturned));
 }
 
 // Against the accelerometer, over bends `wider` times as wide as usual.
@@ -156,22 +145,22 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
   Finding finding{"position_scale", stream, Level::kBiases, match.gain, "1", error,
                   match.gain_sigma};
   const bool after_repair = e->RepairOf(reference.what).position_scale != 1.0;
-  finding.text = fmt::format("distances in {}.csv are {:.3f} +- {:.3f} times those that {} shows{}",
-                             stream, match.gain, match.gain_sigma, reference.what,
-                             after_repair ? " once its own scale is repaired" : "");
+  const std::string text = fmt::format(
+      "distances in {}.csv are {:.3f} +- {:.3f} times those that {} shows{}", stream, match.gain,
+      match.gain_sigma, reference.what, after_repair ? " once its own scale is repaired" : "");
   if (by_force && std::abs(std::log(match.gain)) < kOtherUnit) {
     // The accelerometer's scale and the attitude's tilt may err by as much.
     finding.level = Level::kWidens;
-    finding.remedy = "check the unit, the accelerometer's scale and the attitude's tilt";
-    e->Add(finding);
+    e->Add(finding, text, "check the unit, the accelerometer's scale and the attitude's tilt");
     return;
   }
   const KnownUnit* unit =
       UnitNear("m", 1.0 / match.gain, std::min(1.0, 2.0 * match.gain_sigma / match.gain));
   const double factor = unit != nullptr ? unit->factor : 1.0 / match.gain;
-  finding.remedy =
-      fmt::format("multiply the positions by {:.6g}{}; check the unit", factor, UnitText(unit));
-  e->AddRepaired(finding, {.position_scale = factor});
+  e->AddRepaired(
+      finding, text,
+      fmt::format("multiply the positions by {:.6g}{}; check the unit", factor, UnitText(unit)),
+      {.position_scale = factor});
 }
 
 void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, double reach,
@@ -192,7 +181,7 @@ void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, doub
   AddLag(e, stream, *comparison.match, reference);
   if (reference.own_clock && !e->Drifts(reference.what)) {
     // Errors of a map, gate by gate, look like a smaller drift.
-    const double least = stream == "fixes" ? kDriftOfFixes : kOrdinaryDrift;
+    const double least = stream == "fixes" ? kFixClock.drift : kPlaceClock.drift;
     AddClockDrift(e, stream, *comparison.match, reference.what, least);
   }
   AddAxes(e, stream, *comparison.match, reference);
@@ -220,13 +209,15 @@ bool HasAmbiguousClock(const Examination& e, const std::string& stream) {
 
 }  // namespace
 
-void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding) {
+void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding,
+                     const std::string& text) {
   finding.id = "position_axes";
   finding.level = Level::kFatal;
   finding.size = TurnSize(turn);
   finding.unit = "deg";
-  finding.remedy = "state the earth axes of the positions so (position: {earth: ...})";
-  e->AddRepaired(std::move(finding), {.position = turn.transpose()});
+  e->AddRepaired(std::move(finding), text,
+                 "state the earth axes of the positions so (position: {earth: ...})",
+                 {.position = turn.transpose()});
 }
 
 void CheckPositions(Examination* e) {

@@ -5,15 +5,13 @@
 #include "problems/common/units.h"
 #include "problems/inspection/clear.h"
 #include "problems/inspection/examination.h"
-#include "problems/inspection/following_filter.h"
+#include "problems/inspection/force_fit.h"
+#include "problems/inspection/position_witness.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kLeastRate = 0.05;   // rad/s
-constexpr double kLeastLag = 0.012;   // s; a shorter one is no fault
-constexpr double kLeastDrift = 1e-4;  // s/s; a smaller one is no fault
-constexpr double kFormMargin = 0.04;  // correlation by which another form must be better
+constexpr double kLeastRate = 0.05;                         // rad/s
 constexpr double kLeastImuJump = 0.5, kMostImuJump = 60.0;  // s
 
 // A form of a stream's attitude.
@@ -149,16 +147,16 @@ const FormTrial& BestQuaternion(const std::vector<FormTrial>& trials) {
     best = std::max(best, trial.correlation);
     if (trial.upright() > 0.7) straight = std::max(straight, trial.unturned);
   }
-  const auto good = [&](const FormTrial& t) { return t.correlation > best - kFormMargin; };
-  if (good(trials.front()) && trials.front().unturned > best - 2.0 * kFormMargin) {
+  const auto good = [&](const FormTrial& t) { return t.correlation > best - 2.0 * kClearly; };
+  if (good(trials.front()) && trials.front().unturned > best - 4.0 * kClearly) {
     return trials.front();
   }
   // As read, other axes of the IMU explain more than any other form does without them.
-  if (trials.front().plain > straight + 0.25 * kFormMargin && trials.front().upright() > 0.7) {
+  if (trials.front().plain > straight + 0.5 * kClearly && trials.front().upright() > 0.7) {
     return trials.front();
   }
   for (const FormTrial& trial : trials) {  // one that explains all without a turn
-    if (straight > best - 2.0 * kFormMargin && trial.unturned > straight - 0.5 * kFormMargin &&
+    if (straight > best - 4.0 * kClearly && trial.unturned > straight - kClearly &&
         trial.upright() > 0.7) {
       return trial;
     }
@@ -173,34 +171,32 @@ void RepairForm(Examination* e, const std::string& stream, const FormTrial& as_r
                 const FormTrial& best) {
   const double size = best.correlation - as_read.unturned;
   const bool angles = SourceOf(*e, stream).HasAngles();
-  Finding finding{
-      angles ? "angle_form" : "quaternion_form", stream, Level::kFatal, size, "1", e->log.gravity};
-  finding.text = fmt::format(
-      "the {0} of {1}.csv are in another form: {2}. So read, its turn rates agree with the "
-      "gyroscope's to a correlation of {3:.3f}; as read, {4:.3f}",
-      angles ? "angles" : "quaternions", stream, best.form.text, best.unturned, as_read.unturned);
-  finding.remedy = angles
-                       ? "state `order` and `scale` of `euler` so"
-                       : "give the columns in their order (and `inverse: true` where it says so)";
-  e->AddRepaired(finding, best.form.repair);
+  e->AddRepaired(
+      {angles ? "angle_form" : "quaternion_form", stream, Level::kFatal, size, "1", e->log.gravity},
+      fmt::format(
+          "the {0} of {1}.csv are in another form: {2}. So read, its turn rates agree with the "
+          "gyroscope's to a correlation of {3:.3f}; as read, {4:.3f}",
+          angles ? "angles" : "quaternions", stream, best.form.text, best.unturned,
+          as_read.unturned),
+      angles ? "state `order` and `scale` of `euler` so"
+             : "give the columns in their order (and `inverse: true` where it says so)",
+      best.form.repair);
 }
 
 void AddClock(Examination* e, const std::string& stream, const VectorMatch& match) {
-  if (std::abs(match.lag) < kLeastLag || std::abs(match.lag) < kShown * match.lag_sigma) return;
-  const bool other = match.or_else.has_value();
+  if (std::abs(match.lag) < kTurnClock.lag || std::abs(match.lag) < kShown * match.lag_sigma)
+    return;
   const double error = e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.lag));
   const Level level = match.unshifted < 0.6 * match.correlation ? Level::kFatal
                       : error > 0.15                            ? Level::kBiases
                                                                 : Level::kWidens;
-  Finding finding{.stream = stream, .level = level, .error = error, .sigma = match.lag_sigma};
-  finding.text = fmt::format(
-      "the turns of {}.csv come {} than those of the gyroscope{} (correlation {:.3f}, as stamped "
-      "{:.3f}): the clocks disagree",
-      stream, LateText(match.lag),
-      other ? fmt::format(", or {}, as laps repeat", LateText(*match.or_else)) : "",
-      match.correlation, match.unshifted);
-  if (match.correlation < kSound) finding.text += ", or it is of another flight of such laps";
-  AddClockOffset(e, match.lag, finding);
+  AddClockOffset(
+      e, match.lag, {.stream = stream, .level = level, .error = error, .sigma = match.lag_sigma},
+      fmt::format("the turns of {}.csv come {} than those of the gyroscope{} (correlation {:.3f}, "
+                  "as stamped {:.3f}): the clocks disagree{}",
+                  stream, LateText(match.lag), OrElseText(match), match.correlation,
+                  match.unshifted,
+                  match.correlation < kSound ? ", or it is of another flight of such laps" : ""));
 }
 
 std::string NotShown(const VectorMatch& match) {
@@ -214,23 +210,15 @@ std::string NotShown(const VectorMatch& match) {
   return "";
 }
 
-void AddDisagreement(Examination* e, const std::string& stream, const VectorMatch& match,
-                     const std::string& text, const std::string& remedy) {
-  Finding finding{"rates_disagree", stream, Level::kFatal, match.correlation, "1", e->log.gravity};
-  finding.text = text;
-  finding.remedy = remedy;
-  e->Add(finding);
-}
-
 void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& match) {
-  if (match.seen_rms < 4.0 * kLeastRate || match.correlation >= 0.5) return;
-  AddDisagreement(
-      e, stream, match,
+  if (match.seen_rms < 4.0 * kLeastRate || match.correlation >= kMost) return;
+  e->Add(
+      {"rates_disagree", stream, Level::kFatal, match.correlation, "1", e->log.gravity},
       fmt::format("{}.csv turns by {:.2f} rad/s (rms), and no lag within 5 s, no rotation and no "
                   "form of its quaternion makes it agree with the gyroscope (correlation {:.2f})",
                   stream, match.seen_rms, match.correlation),
-      "check that both streams are of one flight and one vehicle, and that their clocks differ by "
-      "less than 5 s and drift by less than 0.01 s/s");
+      "check that both streams are of one flight and one vehicle, and that their clocks differ "
+      "by less than 5 s and drift by less than 0.01 s/s");
 }
 
 // Another attitude that agrees with the gyroscope, although this one does at no lag: the fault is
@@ -245,21 +233,20 @@ const RateWitness* WitnessAgainst(const Examination& e, const VectorMatch& match
 
 void AddOtherFlight(Examination* e, const std::string& stream, const VectorMatch& match,
                     const RateWitness& good) {
-  AddDisagreement(
-      e, stream, match,
-      fmt::format("the turns of {}.csv agree with the gyroscope's to a correlation of {:.2f} at "
-                  "best ({}), those of {}.csv to {:.3f}: it is of another flight of such laps, or "
-                  "badly tracked",
-                  stream, match.correlation, LateText(match.lag), good.stream,
-                  good.match.correlation),
-      "check that both streams are of one flight; leave this one out of the map");
+  e->Add({"rates_disagree", stream, Level::kFatal, match.correlation, "1", e->log.gravity},
+         fmt::format("the turns of {}.csv agree with the gyroscope's to a correlation of {:.2f} at "
+                     "best ({}), those of {}.csv to {:.3f}: it is of another flight of such laps, "
+                     "or badly tracked",
+                     stream, match.correlation, LateText(match.lag), good.stream,
+                     good.match.correlation),
+         "check that both streams are of one flight; leave this one out of the map");
 }
 
 // Where an AHRS that follows acceleration explains as much as a lag or a turn of axes does: the
 // attitude without its error, and the match with that.
 std::optional<FollowingFit> ExplainedByFilter(Examination* e, const RunningIntegral<3>& gyro,
                                               const VectorMatch& match) {
-  const bool late = std::abs(match.lag) > std::max(kLeastLag, kShown * match.lag_sigma);
+  const bool late = std::abs(match.lag) > std::max(kTurnClock.lag, kShown * match.lag_sigma);
   if (!late && IsIdentity(PlainTurn(match, kOtherAxes))) return std::nullopt;
   if (e->fixed.attitude.empty() ||
       TurnBetween(match.turn, Eigen::Matrix3d::Identity()).norm() > kTurnByFilter)
@@ -306,7 +293,7 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
     match = match_of(false);
   }
   const auto as_inverse = match_of(true);
-  if (as_inverse && match && as_inverse->correlation > match->correlation + kFormMargin) {
+  if (as_inverse && match && as_inverse->correlation > match->correlation + 2.0 * kClearly) {
     match = as_inverse;
   }
   if (!match) {
@@ -328,7 +315,7 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
     AddOtherFlight(e, stream, *match, *good);
   } else {
     AddClock(e, stream, *match);
-    AddClockDrift(e, stream, *match, "the gyroscope", kLeastDrift);
+    AddClockDrift(e, stream, *match, "the gyroscope", kTurnClock.drift);
   }
   std::vector<AttitudeSample> attitude = AttitudesOf(e->fixed, stream);
   if (filter) attitude = WithoutFollowing(e->fixed, attitude, filter->gain);
@@ -381,26 +368,35 @@ std::optional<VectorMatch> MatchPart(const RunningIntegral<3>& gyro,
 }
 
 void AddImuJump(Examination* e, const std::string& through, const Step& step, double jump) {
-  Finding finding{"clock_jump", "imu", Level::kFatal, jump, "s", e->log.gravity};
-  finding.text = fmt::format(
-      "the clock of imu.csv jumps by {:.2f} s at {:.2f} s: {}.csv runs through, and its turns come "
-      "{} after the jump than before; nothing is missing",
-      jump, ToSeconds(e->log.imu[step.after].t), through, LateText(-jump));
-  finding.remedy = fmt::format(
-      "subtract {:.3f} s from the stamps of the IMU's clock after the jump, or calibrate the parts "
-      "before and after it as flights of their own",
-      jump);
-  e->Add(finding);
+  e->Add({"clock_jump", "imu", Level::kFatal, jump, "s", e->log.gravity},
+         fmt::format("the clock of imu.csv jumps by {:.2f} s at {:.2f} s: {}.csv runs through, and "
+                     "its turns come "
+                     "{} after the jump than before; nothing is missing",
+                     jump, ToSeconds(e->log.imu[step.after].t), through, LateText(-jump)),
+         fmt::format("subtract {:.3f} s from the stamps of the IMU's clock after the jump, or "
+                     "calibrate the parts "
+                     "before and after it as flights of their own",
+                     jump));
+}
+
+void StretchClock(double factor, FlightLog* log) {
+  const TimeNs begin = log->imu.front().t;
+  ForEachStream(*log, [&](const Stream&, auto& samples) {
+    for (auto& sample : samples) {
+      sample.t = begin + FromSeconds(factor * SecondsBetween(begin, sample.t));
+    }
+  });
 }
 
 }  // namespace
 
-void AddClockOffset(Examination* e, double lag, Finding finding) {
+void AddClockOffset(Examination* e, double lag, Finding finding, const std::string& text) {
   finding.id = "clock_offset";
   finding.size = lag;
   finding.unit = "s";
-  finding.remedy = fmt::format("add {:+.3f} s to its stamps (time: offset)", -lag);
-  e->AddRepaired(std::move(finding), {.time_offset = -lag});
+  e->AddRepaired(std::move(finding), text,
+                 fmt::format("add {:+.3f} s to its stamps (time: offset)", -lag),
+                 {.time_offset = -lag});
 }
 
 void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch& match,
@@ -417,12 +413,11 @@ void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch&
   const double error =
       e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.drift) * span);
   const Level level = error > 0.15 ? Level::kBiases : Level::kWidens;
-  Finding finding{"clock_drift", stream, level, match.drift, "s/s", error, match.drift_sigma};
-  finding.text =
+  e->Add(
+      {"clock_drift", stream, level, match.drift, "s/s", error, match.drift_sigma},
       fmt::format("the clock of {}.csv runs {:.0f} ms a minute {} than that of {}", stream,
-                  6e4 * std::abs(match.drift), match.drift > 0.0 ? "faster" : "slower", reference);
-  finding.remedy = DriftRemedy(e->log, match.drift) + ", then inspect again";
-  e->Add(finding);
+                  6e4 * std::abs(match.drift), match.drift > 0.0 ? "faster" : "slower", reference),
+      DriftRemedy(e->log, match.drift) + ", then inspect again");
   e->drifting.push_back(stream);
 }
 
@@ -458,6 +453,35 @@ std::optional<TimeNs> CheckImuJump(Examination* e) {
 void CheckRates(Examination* e) {
   const RunningIntegral<3> gyro = GyroIntegral(e->fixed);
   for (const char* stream : {"attitude", "mocap", "pose"}) CheckStream(e, stream, gyro);
+}
+
+// Turn rates go with the inverse of the unit of time, accelerations with its square.
+void CheckTimeScale(Examination* e) {
+  if (!ReadsGravity(e->fixed)) return;  // the accelerometer's unit is another
+  for (const char* stream : {"fixes", "mocap", "pose"}) {
+    const auto witness = PositionWitnessOf(*e, stream);
+    if (!witness) continue;
+    const auto turns = MatchLongTurns(*e, witness->of_attitude);
+    if (!turns || turns->correlation < kSound) continue;
+    const double gain = turns->gain;
+    if (std::abs(std::log(gain)) < kOtherUnit) continue;
+    const auto scale = FitPositionScale(BodyForce(e->fixed, witness->attitude), witness->bends);
+    const double square = 2.0 * std::log(gain);
+    if (!scale || !(std::abs(std::log(scale->value) - square) < kOtherUnit * std::abs(square))) {
+      continue;
+    }
+    e->Add(
+        {"time_scale", "imu", Level::kFatal, gain, "1", e->log.gravity},
+        fmt::format("the stamps of the whole log have another unit or rate: the turns of {} are "
+                    "{:.3g} times "
+                    "those of the gyroscope, and the accelerations of {} {:.3g} times those of the "
+                    "accelerometer, which is about the square",
+                    witness->of_attitude, gain, stream, scale->value),
+        fmt::format(
+            "multiply all stamps by {:.4g}: state the unit of the time, or its `scale`, in the map",
+            gain));
+    return StretchClock(gain, &e->fixed);
+  }
 }
 
 }  // namespace trueline

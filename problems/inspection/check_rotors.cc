@@ -12,14 +12,7 @@
 namespace trueline {
 namespace {
 
-constexpr double kLagReach = 1.0;        // s
-constexpr double kLeastExplained = 0.3;  // share of the angular acceleration
-constexpr double kFits = 0.8;            // cosine of effects found and stated
 constexpr std::size_t kMostOrdered = 6;  // rotors; permutations of eight take too long
-constexpr double kLeastOrderGain =
-    0.05;  // by which another order must explain more; less may be k_f
-// An order that explains less than the best one by this share of all is rejected.
-constexpr double kNearOrder = 0.5;
 constexpr double kLeastMotorLag = 0.12;  // s, of commands, which motors follow late
 
 constexpr double kMostThrustRatio = 3.0;  // thrust stated against weight; more is no wrong k_f
@@ -64,7 +57,7 @@ Order TryOrder(const MomentSums& seen, const Eigen::Matrix3Xd& stated,
 double ExplainedBy(const RotorLayout& layout, const MomentSums& seen,
                    const Eigen::Matrix3Xd& stated, const std::vector<std::size_t>& channel) {
   const Order order = TryOrder(seen, stated, channel);
-  const double yaw = layout.explained.z() < kLeastExplained ? 0.0 : order.yaw * order.yaw;
+  const double yaw = layout.explained.z() < kLittle ? 0.0 : order.yaw * order.yaw;
   return std::copysign(order.roll * order.roll, order.roll) +
          std::copysign(order.pitch * order.pitch, order.pitch) + yaw;
 }
@@ -88,7 +81,7 @@ bool IsBetter(const RotorLayout& layout, const Eigen::Matrix3Xd& stated,
   };
   std::vector<double> gains;
   for (const MomentSums& part : layout.without) gains.push_back(gain(part));
-  return gain(*layout.all) > std::max(kLeastOrderGain, sigmas * JackknifeSigma(gains));
+  return gain(*layout.all) > std::max(kHardly, sigmas * JackknifeSigma(gains));
 }
 
 // The order that explains the accelerations best, and how many others explain them alike.
@@ -107,7 +100,7 @@ BestOrder FindOrder(const RotorLayout& layout, const Eigen::Matrix3Xd& stated) {
   const auto& best = orders[static_cast<std::size_t>(most - explained.begin())];
   BestOrder found{TryOrder(*layout.all, stated, best), 0};
   for (std::size_t k = 0; k < orders.size(); ++k) {
-    if (*most - explained[k] > kNearOrder || orders[k] == best) continue;
+    if (*most - explained[k] > kMost || orders[k] == best) continue;
     found.alike += !IsBetter(layout, stated, best, orders[k], kLikely);
   }
   return found;
@@ -144,7 +137,7 @@ void AddOrder(Examination* e, const RotorLayout& layout, const Order& as_read,
 // Whether all rotors turn the body against their stated spins, in every part of the flight.
 bool TurnsTheOtherWay(const RotorLayout& layout, const Vehicle& vehicle, const Order& order) {
   const Eigen::RowVectorXd yaw = ByChannel(Stated(vehicle.rotors), order.channel).row(2);
-  const auto is_reversed = [&](const MomentSums& seen) { return seen.Cosine(2, yaw) < -kFits; };
+  const auto is_reversed = [&](const MomentSums& seen) { return seen.Cosine(2, yaw) < -kMostly; };
   return is_reversed(*layout.all) &&
          std::all_of(layout.without.begin(), layout.without.end(), is_reversed);
 }
@@ -157,7 +150,7 @@ void CheckSpins(Examination* e, const RotorLayout& layout, const Order& order) {
     shown += spin != 0;
     if (spin * e->log.vehicle->rotors[i].spin < 0) wrong.push_back(i);
   }
-  if (layout.explained.z() < kLeastExplained) return;
+  if (layout.explained.z() < kLittle) return;
   const bool all = wrong.size() == shown && TurnsTheOtherWay(layout, *e->log.vehicle, order);
   if (!all && (2 * shown < order.channel.size() || wrong.empty())) return;
   Finding finding{all ? "rotor_spins_reversed" : "rotor_spin", layout.stream, Level::kFatal,
@@ -182,22 +175,19 @@ void CheckSpins(Examination* e, const RotorLayout& layout, const Order& order) {
 }
 
 void CheckLag(Examination* e, const RotorLayout& layout) {
-  const bool commands = layout.stream == "motors";
-  // Motors follow their commands by 20 to 80 ms.
-  const double least = commands ? kLeastMotorLag : kLeastPositionLag;
-  const bool off = layout.lag > least || layout.lag < -kLeastPositionLag;
-  if (!off) return;
-  Finding finding{.stream = layout.stream, .level = Level::kBiases, .sigma = 0.01};
-  finding.text = fmt::format(
-      "the body answers {:.2f} s {} than the stamps of {}.csv say (roll, pitch and yaw "
-      "accelerations explained to {:.0f}, {:.0f} and {:.0f} %)",
-      std::abs(layout.lag), layout.lag > 0.0 ? "later" : "earlier", layout.stream,
-      100.0 * layout.explained.x(), 100.0 * layout.explained.y(), 100.0 * layout.explained.z());
-  AddClockOffset(e, -layout.lag, finding);
+  const double least = layout.stream == "motors" ? kLeastMotorLag : kPlaceClock.lag;
+  if (layout.lag <= least && layout.lag >= -kPlaceClock.lag) return;
+  AddClockOffset(
+      e, -layout.lag, {.stream = layout.stream, .level = Level::kBiases, .sigma = 0.01},
+      fmt::format("the body answers {:.2f} s {} than the stamps of {}.csv say (roll, pitch and yaw "
+                  "accelerations explained to {:.0f}, {:.0f} and {:.0f} %)",
+                  std::abs(layout.lag), layout.lag > 0.0 ? "later" : "earlier", layout.stream,
+                  100.0 * layout.explained.x(), 100.0 * layout.explained.y(),
+                  100.0 * layout.explained.z()));
 }
 
 std::string NoOrderText(const RotorLayout& layout, const BestOrder& best) {
-  if (best.order.Places() < kFits) {
+  if (best.order.Places() < kMostly) {
     return fmt::format(
         "{}.csv: no order of its channels agrees with the rotors' places (cosines {:.2f} and "
         "{:.2f} at best)",
@@ -225,14 +215,14 @@ void CheckLayout(Examination* e, const RotorLayout& layout) {
   const auto as_read = OrdersOf(layout.rotors.size()).front();
   const Order read = TryOrder(*layout.all, stated, as_read);
   const BestOrder best = FindOrder(layout, stated);
-  const bool other =
-      best.order.Places() > kFits && IsBetter(layout, stated, best.order.channel, as_read, kShown);
+  const bool other = best.order.Places() > kMostly &&
+                     IsBetter(layout, stated, best.order.channel, as_read, kShown);
   if (other) {
     AddOrder(e, layout, read, best);
     if (best.alike == 0) CheckSpins(e, layout, best.order);
     return;
   }
-  const bool fits = read.Places() > kFits;
+  const bool fits = read.Places() > kMostly;
   if (fits) CheckSpins(e, layout, read);
   if (!fits || best.alike > 0) e->result.notes.push_back(NoOrderText(layout, best));
 }
@@ -305,11 +295,11 @@ void CheckRotors(Examination* e) {
     const bool speeds = std::string(stream) == "rotors";
     const auto& channels = speeds ? e->fixed.rotors : e->fixed.motors;
     // Motors follow their commands by 20 to 80 ms.
-    const UsualLag usual = {-kLeastPositionLag, speeds ? kLeastPositionLag : kLeastMotorLag};
-    auto layout = FindLayout(e->fixed, channels, usual, kLagReach);
+    const UsualLag usual = {-kPlaceClock.lag, speeds ? kPlaceClock.lag : kLeastMotorLag};
+    auto layout = FindLayout(e->fixed, channels, usual, kFarLag);
     if (!layout) continue;
     layout->stream = stream;
-    if (layout->explained.head<2>().minCoeff() < kLeastExplained) {
+    if (layout->explained.head<2>().minCoeff() < kLittle) {
       e->result.notes.push_back(
           fmt::format("{}.csv explains {:.0f} % of the roll and {:.0f} % of the pitch "
                       "acceleration: too little to "

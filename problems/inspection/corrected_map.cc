@@ -179,46 +179,6 @@ void CorrectForce(const StreamRepair& repair, const SourceAxes& outer, const YAM
   if (repair.gravity_removed != 0.0) accel["gravity"] = "removed";
 }
 
-}  // namespace
-
-FileAttitudes FileAttitudesOf(const ImportMap& map) {
-  FileAttitudes sources;
-  for (const auto& [name, stream] : map.streams) {
-    for (const FieldSource& field : stream.fields) {
-      if (*field.key.c_str() != '\0' || !field.attitude) continue;
-      const auto imu = map.streams.find("imu");
-      const bool beside = imu != map.streams.end() && imu->second.input == stream.input &&
-                          imu->second.channels == stream.channels && stream.type.empty();
-      sources[name] = {field.attitude->axes(), field.attitude->form(), beside};
-    }
-  }
-  return sources;
-}
-
-YAML::Node CorrectMap(const YAML::Node& map, const Repairs& repairs) {
-  YAML::Node corrected = YAML::Clone(map);
-  const SourceAxes outer = AxesOf(corrected, {});
-  for (const auto& [name, repair] : repairs.streams) {
-    YAML::Node stream = corrected["streams"][name];
-    if (repair.IsNone() || !stream) continue;
-    if (!stream.IsSequence()) {
-      CorrectStream(corrected, outer, repair, stream);
-      continue;
-    }
-    for (YAML::Node one : stream) CorrectStream(corrected, outer, repair, one);
-  }
-  const auto imu = repairs.streams.find("imu");
-  if (imu != repairs.streams.end() && !imu->second.force_by.empty()) {
-    CorrectForce(imu->second, outer, corrected["streams"][imu->second.force_by],
-                 corrected["streams"]["imu"]);
-  }
-  if (!repairs.reverse_spins || !corrected["vehicle"]) return corrected;
-  for (YAML::Node rotor : corrected["vehicle"]["rotors"]) rotor["spin"] = -rotor["spin"].as<int>();
-  return corrected;
-}
-
-namespace {
-
 // Columns by their name without the unit.
 std::map<std::string, HeaderColumn> HeaderOf(const std::filesystem::path& path) {
   LineReader lines(path);
@@ -277,6 +237,42 @@ class SourceWriter {
 };
 
 }  // namespace
+
+FileAttitudes FileAttitudesOf(const ImportMap& map) {
+  FileAttitudes sources;
+  for (const auto& [name, stream] : map.streams) {
+    for (const FieldSource& field : stream.fields) {
+      if (*field.key.c_str() != '\0' || !field.attitude) continue;
+      const auto imu = map.streams.find("imu");
+      const bool beside = imu != map.streams.end() && imu->second.input == stream.input &&
+                          imu->second.channels == stream.channels && stream.type.empty();
+      sources[name] = {field.attitude->axes(), field.attitude->form(), beside};
+    }
+  }
+  return sources;
+}
+
+YAML::Node CorrectMap(const YAML::Node& map, const Repairs& repairs) {
+  YAML::Node corrected = YAML::Clone(map);
+  const SourceAxes outer = AxesOf(corrected, {});
+  for (const auto& [name, repair] : repairs.streams) {
+    YAML::Node stream = corrected["streams"][name];
+    if (repair.IsNone() || !stream) continue;
+    if (!stream.IsSequence()) {
+      CorrectStream(corrected, outer, repair, stream);
+      continue;
+    }
+    for (YAML::Node one : stream) CorrectStream(corrected, outer, repair, one);
+  }
+  const auto imu = repairs.streams.find("imu");
+  if (imu != repairs.streams.end() && !imu->second.force_by.empty()) {
+    CorrectForce(imu->second, outer, corrected["streams"][imu->second.force_by],
+                 corrected["streams"]["imu"]);
+  }
+  if (!repairs.reverse_spins || !corrected["vehicle"]) return corrected;
+  for (YAML::Node rotor : corrected["vehicle"]["rotors"]) rotor["spin"] = -rotor["spin"].as<int>();
+  return corrected;
+}
 
 NativeMap MapOfNativeLog(const FlightLog& log) {
   NativeMap native;

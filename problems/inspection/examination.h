@@ -57,8 +57,11 @@ struct Examination {
   // Adds to what is repaired in a stream; `repaired` holds the change alone.
   void Repair(const std::string& stream, const StreamRepair& change);
   void Add(Finding finding) { result.findings.push_back(std::move(finding)); }
-  // The finding, with the change of its stream that repairs it.
+  // The finding, with its sentence and its remedy; with the change of its stream that repairs it.
+  void Add(Finding finding, const std::string& text, const std::string& remedy);
   void AddRepaired(Finding finding, const StreamRepair& change);
+  void AddRepaired(Finding finding, const std::string& text, const std::string& remedy,
+                   const StreamRepair& change);
 };
 
 // The attitudes of a stream of the repaired log: attitude, mocap or pose.
@@ -117,21 +120,31 @@ void CheckRest(Examination* e);
 void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch& match,
                    const std::string& reference, double least);
 
-// Adds `finding`, whose stream, error, level and text are stated, as an offset of the stream's
-// clock (its stamps are too large by `lag`, s), and moves the stream.
-void AddClockOffset(Examination* e, double lag, Finding finding);
+// Adds `finding`, whose stream, error and level are stated, as an offset of the stream's clock (its
+// stamps are too large by `lag`, s), and moves the stream.
+void AddClockOffset(Examination* e, double lag, Finding finding, const std::string& text);
 
-// Adds `finding`, whose size, error, text and remedy are stated, as one of the accelerometer's
-// axes, and turns the accelerometer.
-void AddAccelerometerAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding);
+// A finding of the accelerometer's axes, which are turned so.
+void AddAccelerometerAxes(Examination* e, const Eigen::Matrix3d& turn, double error,
+                          const std::string& text);
 
 // Adds a finding that the accelerometer's readings times `factor` are right, which `why` explains,
 // and repairs them; by the exact factor where it is that of a unit.
 void AddAccelerometerScale(Examination* e, double factor, double sigma, const std::string& why);
 
-// Adds `finding`, whose stream, error and text are stated, as one of the stream's axes of position,
-// which differ from the right ones by `turn`, and turns the positions back.
-void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding);
+// Adds `finding`, whose stream and error are stated, as one of the stream's axes of position, which
+// differ from the right ones by `turn`, and turns the positions back.
+void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding,
+                     const std::string& text);
+
+// Removes the fixes of gates that differ from mocap by far more than those of the other gates, at
+// the lag that suits most fixes. A note names each gate and its displacement: a gate that stands
+// off the map moves its own fixes; a clock, turned axes or a scale move the fixes of all gates.
+void LeaveOutGatesApart(Examination* e);
+// Whether `change` of the fixes makes their median distance from mocap clearly smaller in both
+// halves of the flight, and explains more than a displacement of each gate does. Where it is of
+// some fixes, these must then agree with mocap as well as the others.
+bool BringsFixesToMocap(const Examination& e, const StreamRepair& change);
 
 // Whether a matrix only exchanges axes and their signs.
 bool IsSignedPermutation(const Eigen::Matrix3d& m);
@@ -147,5 +160,6 @@ double LeanOf(const Eigen::Vector3d& force);
 std::string DriftRemedy(const FlightLog& log, double drift);
 std::string AxesText(const Eigen::Matrix3d& turn);  // "(y, -x, z)", or a rotation vector in deg
 std::string LateText(double seconds);               // "0.030 s later"
+std::string OrElseText(const VectorMatch& match);   // ", or 6.030 s later, as laps repeat"
 
 }  // namespace trueline

@@ -7,20 +7,16 @@
 #include <utility>
 
 #include "problems/common/error.h"
+#include "problems/import/convert.h"
 #include "problems/import/find_map.h"
-#include "problems/import/resolve_channels.h"
 #include "problems/inspection/examination.h"
 #include "problems/inspection/excerpt.h"
-#include "problems/inspection/lost_track.h"
-#include "problems/inspection/same_recording.h"
 #include "problems/inspection/settle_proposal.h"
+#include "problems/inspection/stuck.h"
 #include "problems/log/native_log.h"
 
 namespace trueline {
 namespace {
-
-constexpr double kOrdinaryOffset = 0.1;  // s, below which it is a latency, not a clock
-constexpr double kLeastShared = 0.05;    // of two logs that hold one recording
 
 // A fault of single samples of rotors or motors, which harms the models that they drive.
 bool IsOfRotorSamples(const Finding& finding) {
@@ -31,8 +27,8 @@ bool IsOfRotorSamples(const Finding& finding) {
 // What makes a fit worthless; smaller faults are for those who ask trueline-inspect.
 bool IsForAll(const Finding& finding) {
   if (finding.level == Level::kFatal) return true;
-  if (finding.id == "clock_offset") return std::abs(finding.size) > kOrdinaryOffset;
-  if (finding.id == "clock_drift") return std::abs(finding.size) > kOrdinaryDrift;
+  if (finding.id == "clock_offset") return std::abs(finding.size) > kHarmless;
+  if (finding.id == "clock_drift") return std::abs(finding.size) > kPlaceClock.drift;
   if (IsOfRotorSamples(finding)) return finding.level == Level::kBiases;
   if (finding.id == "repeats") return finding.stream == "fixes";
   if (finding.id == "spikes") return finding.stream == "imu" && finding.level == Level::kBiases;
@@ -120,15 +116,21 @@ FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFau
     RequirePositions(log, directory.string());
   }
   for (const std::string& warning : LeaveOutLostTracks(&log)) log.warnings.push_back(warning);
-  for (const Finding& finding : FindingsForAll(log, drive)) {
-    log.warnings.push_back(WarningOf(finding));
-    if (faults != nullptr && MakesWrong(finding)) {
-      faults->push_back({directory.string(), finding.id, finding.stream, finding.size,
-                         finding.level == Level::kFatal,
-                         fmt::format("{}: {}", finding.id, finding.text)});
-    }
-  }
+  for (const std::string& warning : FirstLook(log, drive, faults)) log.warnings.push_back(warning);
   return log;
+}
+
+std::vector<std::string> FirstLook(const FlightLog& log, ForDrive drive,
+                                   std::vector<LogFault>* faults) {
+  std::vector<std::string> warnings;
+  for (const Finding& finding : FindingsForAll(log, drive)) {
+    warnings.push_back(WarningOf(finding));
+    if (faults == nullptr || !MakesWrong(finding)) continue;
+    faults->push_back({log.directory, finding.id, finding.stream, finding.size,
+                       finding.level == Level::kFatal,
+                       fmt::format("{}: {}", finding.id, finding.text)});
+  }
+  return warnings;
 }
 
 std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
@@ -141,7 +143,7 @@ std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
     if (directories.size() > 1) fingerprints.push_back(FingerprintOf(log));
     for (std::size_t i = 0; i < logs.size(); ++i) {
       const double shared = SharedRecording(fingerprints.back(), fingerprints[i]);
-      if (shared < kLeastShared) continue;
+      if (shared < kHardly) continue;
       throw ErrorAt(directory, 0,
                     fmt::format("is the same recording as {} ({:.0f} % of its samples are the "
                                 "same); give each flight once",
@@ -159,14 +161,6 @@ std::vector<std::string> WarningsByFlight(std::span<const FlightLog> logs) {
       const bool has_name = warning.starts_with(log.directory + ":");
       warnings.push_back(has_name ? warning : fmt::format("{}: {}", log.directory, warning));
     }
-  }
-  return warnings;
-}
-
-std::vector<std::string> FirstLook(const FlightLog& log) {
-  std::vector<std::string> warnings;
-  for (const Finding& finding : FindingsForAll(log, ForDrive::kAny)) {
-    warnings.push_back(WarningOf(finding));
   }
   return warnings;
 }

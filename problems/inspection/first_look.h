@@ -42,6 +42,7 @@ std::vector<std::string> WarningsByFlight(std::span<const FlightLog> logs);
 // What Inspect() finds that makes a fit worthless (IsForAll in first_look.cc), each with its
 // remedy; the warnings of ReadAndLook. Of a flight longer than six minutes it inspects the middle
 // three, so that it stays cheap beside a calibration.
-std::vector<std::string> FirstLook(const FlightLog& log);
+std::vector<std::string> FirstLook(const FlightLog& log, ForDrive drive = ForDrive::kAny,
+                                   std::vector<LogFault>* faults = nullptr);
 
 }  // namespace trueline

@@ -2,12 +2,11 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
 #include "problems/inspection/clear.h"
-#include "problems/inspection/vector_sums.h"
+#include "problems/inspection/vector_match.h"
 
 namespace trueline {
 namespace {
@@ -51,6 +50,7 @@ Vector9 RowsOf(const Eigen::Matrix3d& m) {
   return l;
 }
 
+// None where they are too few.
 std::vector<Row> RowsOfBends(const BodyForce& force, const std::vector<Bend>& bends) {
   std::vector<Row> rows;
   for (int axis = 0; axis < 3; ++axis) {
@@ -62,6 +62,7 @@ std::vector<Row> RowsOfBends(const BodyForce& force, const std::vector<Bend>& be
                       force.Axes(axis, bend), bend.acceleration[axis] - gravity, gravity});
     }
   }
+  if (rows.size() < 300) rows.clear();
   return rows;
 }
 
@@ -69,13 +70,12 @@ std::vector<Row> RowsOfBends(const BodyForce& force, const std::vector<Bend>& be
 template <int N>
 class BiasedFit {
  public:
-  static constexpr int kAll = N + 3;
   struct Solution {
     Eigen::Vector<double, N> value, sigma;
   };
 
   void Add(int block, const Eigen::Vector<double, N>& x, const Eigen::Vector3d& of_bias, double y) {
-    Eigen::Vector<double, kAll> row;
+    Eigen::Vector<double, N + 3> row;
     row << x, of_bias;
     each_[static_cast<std::size_t>(block)].Add(row, y);
     all_.Add(row, y);
@@ -83,7 +83,7 @@ class BiasedFit {
 
   Solution Solve() const {
     double square = kLeastForceNoise * kLeastForceNoise;  // of a row's noise
-    Eigen::Vector<double, kAll> best;
+    Eigen::Vector<double, N + 3> best;
     for (int pass = 0; pass < 3; ++pass) {
       best = Best(all_, square);
       square = std::max(all_.Cost(best) / all_.n, kLeastForceNoise * kLeastForceNoise);
@@ -99,8 +99,8 @@ class BiasedFit {
   }
 
  private:
-  using Matrix = Eigen::Matrix<double, kAll, kAll>;
-  using Sums = NormalSums<kAll>;
+  using Matrix = Eigen::Matrix<double, N + 3, N + 3>;
+  using Sums = NormalSums<N + 3>;
 
   static Matrix Weighed(const Sums& sums, double square) {
     Matrix a = sums.a;
@@ -108,7 +108,7 @@ class BiasedFit {
         kAlikeBends * square / (kBodyBias * kBodyBias) * Eigen::Matrix3d::Identity();
     return a;
   }
-  static Eigen::Vector<double, kAll> Best(const Sums& sums, double square) {
+  static Eigen::Vector<double, N + 3> Best(const Sums& sums, double square) {
     return Weighed(sums, square).ldlt().solve(sums.b);
   }
 
@@ -197,7 +197,7 @@ Eigen::Vector3d BodyForce::Axes(int earth_axis, const Bend& bend) const {
 std::optional<ForceFit> FitForce(const BodyForce& force, const std::vector<Bend>& bends,
                                  const std::vector<Eigen::Matrix3d>& hints) {
   const std::vector<Row> rows = RowsOfBends(force, bends);
-  if (rows.size() < 300) return std::nullopt;
+  if (rows.empty()) return std::nullopt;
   const Blocks blocks(rows);
   const Normal& all = blocks.all;
   ForceFit fit;
@@ -218,7 +218,7 @@ std::optional<ForceFit> FitForce(const BodyForce& force, const std::vector<Bend>
 double ForceResidual(const BodyForce& force, const std::vector<Bend>& bends,
                      const Eigen::Matrix3d& turn) {
   const std::vector<Row> rows = RowsOfBends(force, bends);
-  if (rows.size() < 300) return std::numeric_limits<double>::infinity();
+  if (rows.empty()) return std::numeric_limits<double>::infinity();
   const Normal all = Blocks(rows).all;
   return std::sqrt(ScaledCost(all, turn) / all.n);
 }
@@ -226,7 +226,7 @@ double ForceResidual(const BodyForce& force, const std::vector<Bend>& bends,
 std::optional<LateralForce> FitLateralForce(const BodyForce& force,
                                             const std::vector<Bend>& bends) {
   const std::vector<Row> rows = RowsOfBends(force, bends);
-  if (rows.size() < 300) return std::nullopt;
+  if (rows.empty()) return std::nullopt;
   BiasedFit<9> biased;
   for (const Row& row : rows) biased.Add(row.block, row.x, row.of_bias, row.y);
   const auto solution = biased.Solve();
@@ -241,7 +241,7 @@ std::optional<LateralForce> FitLateralForce(const BodyForce& force,
 std::optional<PositionScale> FitPositionScale(const BodyForce& force,
                                               const std::vector<Bend>& bends) {
   const std::vector<Row> rows = RowsOfBends(force, bends);
-  if (rows.size() < 300) return std::nullopt;
+  if (rows.empty()) return std::nullopt;
   const Vector9 one = RowsOf(Eigen::Matrix3d::Identity());
   double seen = 0.0, sure = 0.0;
   for (const Row& row : rows) {
@@ -261,7 +261,7 @@ std::optional<PositionScale> FitPositionScale(const BodyForce& force,
 
 std::optional<ForceScale> FitForceScale(const BodyForce& force, const std::vector<Bend>& bends) {
   const std::vector<Row> rows = RowsOfBends(force, bends);
-  if (rows.size() < 300) return std::nullopt;
+  if (rows.empty()) return std::nullopt;
   const Vector9 one = RowsOf(Eigen::Matrix3d::Identity());
   std::vector<double> factors;
   factors.reserve(kBlocks);

@@ -1,6 +1,7 @@
 // Finds faults of a log before anything is fitted: in each stream, and between streams.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -31,5 +32,11 @@ struct Inspection {
 
 // `sources`: see repair.h. Nothing of `log` is changed.
 Inspection Inspect(const FlightLog& log, const FileAttitudes& sources);
+
+// `corrected`: the command that converts by the corrected map; empty without one. `log`: what was
+// inspected.
+std::string InspectionYaml(const Inspection& inspection, const std::string& log,
+                           const std::string& corrected);
+std::string InspectionTable(const Inspection& inspection);
 
 }  // namespace trueline

@@ -1,6 +1,5 @@
 #include "problems/inspection/motion.h"
 
-#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -12,59 +11,25 @@
 namespace trueline {
 namespace {
 
-constexpr double kGrid = 0.005;       // s
 constexpr double kMostGrid = 200000;  // steps of the grid
 constexpr double kLongestBaseline = 0.5;
 constexpr double kMostTurn = 0.8;  // rad, over which a mean rate stands for a rotation
 
 double ImuGap(const FlightLog& log) { return std::max(0.05, 5.0 * MedianStep(log.imu)); }
 
-// Calls visit(i, q) for the IMU samples at which the attitude is known.
-template <class Visit>
-void AtImu(const FlightLog& log, const std::vector<AttitudeSample>& attitude, const Visit& visit) {
-  std::size_t k = 0;
-  for (std::size_t i = 0; i < log.imu.size(); ++i) {
-    const TimeNs t = log.imu[i].t;
-    while (k + 1 < attitude.size() && attitude[k + 1].t < t) ++k;
-    if (k + 1 >= attitude.size()) return;
-    const double span = SecondsBetween(attitude[k].t, attitude[k + 1].t);
-    if (attitude[k].t > t || span > kAttitudeGap) continue;
-    const double share = SecondsBetween(attitude[k].t, t) / span;
-    visit(i, attitude[k].q_Ep_I.slerp(share, attitude[k + 1].q_Ep_I));
-  }
-}
-
 template <int N, class Value>
 RunningIntegral<N> IntegralAtImu(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
                                  const Value& value) {
   const LogClock clock(log);
   RunningIntegral<N> once(GridStep(log), ImuGap(log));
-  AtImu(log, attitude, [&](std::size_t i, const Eigen::Quaterniond& q) {
-    once.Add(clock(log.imu[i].t), value(q, log.imu[i].accel));
-  });
+  AttitudeCursor cursor(attitude);
+  Eigen::Quaterniond q;
+  for (const ImuSample& sample : log.imu) {
+    if (!attitude.empty() && cursor.At(sample.t, kAttitudeGap, &q))
+      once.Add(clock(sample.t), value(q, sample.accel));
+  }
   return std::move(once).Integrated();
 }
-
-}  // namespace
-
-double GridStep(const FlightLog& log) {
-  return std::max(kGrid, SecondsBetween(log.imu.front().t, log.imu.back().t) / kMostGrid);
-}
-
-std::vector<AttitudeSample> AttitudesOf(const std::vector<PoseSample>& poses) {
-  std::vector<AttitudeSample> attitudes;
-  attitudes.reserve(poses.size());
-  for (const PoseSample& pose : poses) attitudes.push_back({pose.t, pose.q_E});
-  return attitudes;
-}
-
-std::vector<PositionSample> PositionsOf(const FlightLog& log, const std::string& stream) {
-  if (stream == "mocap") return PositionsOf(log.mocap);
-  if (stream == "pose") return PositionsOf(log.pose);
-  return PositionsOf(log.fixes);
-}
-
-namespace {
 
 // The sizes of a quaternion's components in ascending order, which neither their order in a file
 // nor an inverse nor exchanged axes change.
@@ -110,6 +75,23 @@ bool LiesOnAttitude(const FlightLog& log, const std::vector<AttitudeSample>& oth
 }
 
 }  // namespace
+
+double GridStep(const FlightLog& log) {
+  return std::max(0.5 * kFineStep, SecondsBetween(log.imu.front().t, log.imu.back().t) / kMostGrid);
+}
+
+std::vector<AttitudeSample> AttitudesOf(const std::vector<PoseSample>& poses) {
+  std::vector<AttitudeSample> attitudes;
+  attitudes.reserve(poses.size());
+  for (const PoseSample& pose : poses) attitudes.push_back({pose.t, pose.q_E});
+  return attitudes;
+}
+
+std::vector<PositionSample> PositionsOf(const FlightLog& log, const std::string& stream) {
+  if (stream == "mocap") return PositionsOf(log.mocap);
+  if (stream == "pose") return PositionsOf(log.pose);
+  return PositionsOf(log.fixes);
+}
 
 bool RepeatsAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other) {
   return LiesOnAttitude(log, other) || HasValuesOfAttitude(log, other);

@@ -10,12 +10,6 @@ namespace trueline {
 namespace {
 
 template <class Samples>
-void Shift(double seconds, Samples* samples) {
-  if (seconds == 0.0) return;
-  for (auto& sample : *samples) sample.t += FromSeconds(seconds);
-}
-
-template <class Samples>
 void LeaveOut(const StreamRepair& repair, const Stream& stream, Samples* samples) {
   std::erase_if(*samples, [&](const auto& sample) { return IsWithin(repair.leave_out, sample.t); });
   if (!repair.only_new) return;
@@ -30,39 +24,22 @@ void LeaveOut(const StreamRepair& repair, const Stream& stream, Samples* samples
   });
 }
 
-template <class Sample>
-void Repair(const StreamRepair&, const FileAttitude&, std::vector<Sample>*) {}
-
-void Repair(const StreamRepair& repair, const FileAttitude&, std::vector<ImuSample>* imu) {
-  for (ImuSample& sample : *imu) {
-    sample.accel = repair.accel_scale * (repair.accel * sample.accel);
-    sample.gyro = repair.gyro_scale * (repair.gyro * sample.gyro);
+// Of what a sample has: force and rates, an attitude, a position, channels.
+void RepairSample(const StreamRepair& repair, const FileAttitude& file, auto* sample) {
+  if constexpr (requires { sample->accel; }) {
+    sample->accel = repair.accel_scale * (repair.accel * sample->accel);
+    sample->gyro = repair.gyro_scale * (repair.gyro * sample->gyro);
   }
-}
-
-void Repair(const StreamRepair& repair, const FileAttitude& file,
-            std::vector<AttitudeSample>* all) {
-  for (AttitudeSample& sample : *all) sample.q_Ep_I = Reread(sample.q_Ep_I, repair, file);
-}
-
-void Repair(const StreamRepair& repair, const FileAttitude& file, std::vector<PoseSample>* poses) {
-  for (PoseSample& pose : *poses) {
-    pose.q_E = Reread(pose.q_E, repair, file);
-    pose.p_E = repair.position_scale * (repair.position * pose.p_E);
+  if constexpr (requires { sample->q_Ep_I; }) sample->q_Ep_I = Reread(sample->q_Ep_I, repair, file);
+  if constexpr (requires { sample->q_E; }) sample->q_E = Reread(sample->q_E, repair, file);
+  if constexpr (requires { sample->p_E; }) {
+    sample->p_E = repair.position_scale * (repair.position * sample->p_E);
   }
-}
-
-void Repair(const StreamRepair& repair, const FileAttitude&, std::vector<Fix>* fixes) {
-  for (Fix& fix : *fixes) fix.p_E = repair.position_scale * (repair.position * fix.p_E);
-}
-
-void Repair(const StreamRepair& repair, const FileAttitude&,
-            std::vector<ChannelsSample>* channels) {
-  for (ChannelsSample& sample : *channels) {
-    for (double& value : sample.values) value *= repair.channel_scale;
-    if (repair.order.empty()) continue;
-    const std::vector<double> old = sample.values;
-    for (std::size_t i = 0; i < old.size(); ++i) sample.values[i] = old[repair.order[i]];
+  if constexpr (requires { sample->values; }) {
+    const std::vector<double> old = sample->values;
+    for (std::size_t i = 0; i < old.size(); ++i) {
+      sample->values[i] = repair.channel_scale * old[repair.order.empty() ? i : repair.order[i]];
+    }
   }
 }
 
@@ -137,9 +114,12 @@ void ApplyRepairs(const Repairs& repairs, const FileAttitudes& sources, FlightLo
     const auto found = repairs.streams.find(stream.name);
     if (found == repairs.streams.end()) return;
     const auto own = sources.find(stream.name);
+    const FileAttitude file = own == sources.end() ? FileAttitude{} : own->second;
     LeaveOut(found->second, stream, &samples);
-    Shift(found->second.time_offset, &samples);
-    Repair(found->second, own == sources.end() ? FileAttitude{} : own->second, &samples);
+    for (auto& sample : samples) {
+      sample.t += FromSeconds(found->second.time_offset);
+      RepairSample(found->second, file, &sample);
+    }
     if constexpr (std::is_same_v<SampleOf<decltype(samples)>, ImuSample>)
       MakeForce(found->second, sources, log);
   });

@@ -7,17 +7,14 @@
 #include <utility>
 
 #include "problems/inspection/clear.h"
-#include "problems/inspection/vector_sums.h"
+#include "problems/inspection/vector_match.h"
 
 namespace trueline {
 namespace {
 
 constexpr int kMostRotors = 8;
-constexpr int kOthers = 7;  // a constant, three rates, three products of rates
-constexpr int kTerms = kMostRotors + kOthers;
-constexpr int kConstant = kMostRotors;  // index of the constant
-constexpr double kHalf = 0.05;          // s, half width of the triangle over which all is averaged
-constexpr double kLayoutStep = 0.01;    // s, of lags
+// After the rotors a constant, three rates, and three products of rates.
+enum : int { kConstant = kMostRotors, kTerms = kConstant + 7, kOthers = kTerms - kMostRotors };
 // Of the largest eigenvalue of the channels' motion: less is what a motor's lag leaves of a mixer's
 // directions, not one of the mixer.
 constexpr double kLeastMotion = 1e-3;
@@ -102,21 +99,19 @@ class LayoutFit {
     std::array<LayoutNormal, kBlocks> blocks;
     for (std::size_t i = 0; i < times_.size(); ++i) {
       const double t = times_[i], at = t - lag;
-      if (!gyro_.Knows(t - kHalf, t + kHalf) || !squares_.Knows(at - kHalf, at + kHalf)) continue;
-      const Eigen::Vector3d after = gyro_.Mean(t, t + kHalf), before = gyro_.Mean(t - kHalf, t);
+      if (!gyro_.Knows(t - kCoarseStep, t + kCoarseStep) ||
+          !squares_.Knows(at - kCoarseStep, at + kCoarseStep))
+        continue;
+      const Eigen::Vector3d after = gyro_.Mean(t, t + kCoarseStep),
+                            before = gyro_.Mean(t - kCoarseStep, t);
       const Eigen::Vector3d w = 0.5 * (after + before);
       Terms x;
-      x << (squares_.At(at + kHalf) - 2.0 * squares_.At(at) + squares_.At(at - kHalf)) /
-               (kHalf * kHalf),
+      x << (squares_.At(at + kCoarseStep) - 2.0 * squares_.At(at) + squares_.At(at - kCoarseStep)) /
+               (kCoarseStep * kCoarseStep),
           1.0, w, w.y() * w.z(), w.z() * w.x(), w.x() * w.y();
-      blocks[i * kBlocks / times_.size()].Add(x, (after - before) / kHalf);
+      blocks[i * kBlocks / times_.size()].Add(x, (after - before) / kCoarseStep);
     }
     return blocks;
-  }
-  static LayoutNormal Total(const std::array<LayoutNormal, kBlocks>& blocks) {
-    LayoutNormal total;
-    for (const LayoutNormal& block : blocks) total += block;
-    return total;
   }
   double scale() const { return scale_; }
 
@@ -134,13 +129,13 @@ struct LagTrial {
 
 LagTrial BestLag(const LayoutFit& fit, const UsualLag& range) {
   LagTrial best;
-  const int first = static_cast<int>(std::round(range.least / kLayoutStep));
-  const int last = static_cast<int>(std::round(range.most / kLayoutStep));
+  const int first = static_cast<int>(std::round(range.least / kFineStep));
+  const int last = static_cast<int>(std::round(range.most / kFineStep));
   for (int k = first; k <= last; ++k) {
-    const LayoutNormal total = LayoutFit::Total(fit.Blocks(k * kLayoutStep));
+    const LayoutNormal total = Total(fit.Blocks(k * kFineStep));
     if (total.n < 100.0) continue;
     const Eigen::Vector3d explained = total.Explained();
-    if (explained.sum() > best.explained.sum()) best = {k * kLayoutStep, explained};
+    if (explained.sum() > best.explained.sum()) best = {k * kFineStep, explained};
   }
   return best;
 }
@@ -148,7 +143,7 @@ LagTrial BestLag(const LayoutFit& fit, const UsualLag& range) {
 // What each block leaves unexplained by the solution of the whole, of each axis' total, summed.
 std::array<double, kBlocks> RestOfBlocks(const LayoutFit& fit, double lag) {
   const auto blocks = fit.Blocks(lag);
-  const LayoutNormal total = LayoutFit::Total(blocks);
+  const LayoutNormal total = Total(blocks);
   const Eigen::Matrix<double, kTerms, 3> s = total.Solve();
   std::array<double, kBlocks> rest{};
   for (std::size_t k = 0; k < kBlocks; ++k) {
@@ -223,7 +218,7 @@ std::optional<RotorLayout> FindLayout(const FlightLog& log,
   layout.lag = keep ? own.lag : any.lag;
   layout.explained = keep ? own.explained : any.explained;
   const auto blocks = fit.Blocks(layout.lag);
-  const LayoutNormal total = LayoutFit::Total(blocks);
+  const LayoutNormal total = Total(blocks);
   const Eigen::Matrix<double, kTerms, 3> all = total.Solve();
   layout.rotors.resize(count);
   for (std::size_t i = 0; i < count; ++i) {

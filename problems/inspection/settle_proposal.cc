@@ -3,13 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
 #include "problems/common/error.h"
+#include "problems/inspection/clear.h"
 #include "problems/inspection/corrected_map.h"
 #include "problems/inspection/examination.h"
 #include "problems/inspection/excerpt.h"
+#include "problems/inspection/motion.h"
+#include "problems/inspection/position_witness.h"
+#include "problems/log/attitude_cursor.h"
 #include "problems/log/imu_health.h"
 #include "problems/log/native_log.h"
 #include "problems/result/yaml_text.h"
@@ -81,6 +86,14 @@ Reading ReadBy(const ImportMap& map, const std::vector<std::string>& files) {
   return Inspected(map, ConvertLog(map, files, {}));
 }
 
+// What the map reads, if an inspection of that has fewer faults.
+std::optional<Reading> Better(const YAML::Node& map, const std::string& name, const FoundLog& found,
+                              const Reading& than) {
+  Reading reading = ReadBy(ReadImportMapText(TextOf(map), name), found.files);
+  const bool is_better = CountFaults(reading.inspection) < CountFaults(than.inspection);
+  return is_better ? std::optional(std::move(reading)) : std::nullopt;
+}
+
 // Findings that the corrected map has taken away, as lines for the user.
 std::vector<std::string> TakenAway(const Inspection& before, const Inspection& after) {
   std::vector<std::string> lines;
@@ -109,11 +122,10 @@ FlightLog SettleAxes(FoundLog* found) {
     YAML::Node map = YAML::Clone(shipped);
     map["earth"] = up;
     map["body"] = body;
-    const ImportMap other = ReadImportMapText(TextOf(map), file);
-    Reading reading = ReadBy(other, found->files);
-    if (CountFaults(reading.inspection) >= CountFaults(best.inspection)) continue;
-    best = std::move(reading);
-    found->shipped = other;
+    auto better = Better(map, file, *found, best);
+    if (!better) continue;
+    best = *std::move(better);
+    found->shipped = ReadImportMapText(TextOf(map), file);
     found->map = TextOf(map);
     found->assumed = {fmt::format(
         "{}: the accelerometer shows other axes than {} states: earth {}, body {}. That x is "
@@ -121,6 +133,33 @@ FlightLog SettleAxes(FoundLog* found) {
         found->recording->file(), file, up, body)};
   }
   return std::move(best.log);
+}
+
+constexpr double kOrdinaryLag = 0.004;  // s
+
+std::optional<VectorMatch> MocapAgainstForce(const FlightLog& log) {
+  if (log.mocap.empty() || log.attitude.empty()) return std::nullopt;
+  return MatchBends(log, log.attitude, BendsOfStream(log, "mocap"), {kNearLag});
+}
+
+// Mocap of positions alone has the logged attitude in place of one of its own.
+void CopyAttitude(FlightLog* log) {
+  AttitudeCursor cursor(log->attitude);
+  for (PoseSample& pose : log->mocap)
+    cursor.At(pose.t, std::numeric_limits<double>::infinity(), &pose.q_E);
+}
+
+// A shift suits one time of a flight only where the clock drifts.
+std::string DriftText(const FlightLog& log, const VectorMatch& match) {
+  if (std::abs(match.drift) < std::max(kPlaceClock.drift, kShown * match.drift_sigma)) return "";
+  return fmt::format(
+      "mocap: its clock drifts by {:+.2e} s/s +- {:.1e} s/s against the IMU's, which a constant "
+      "shift does not correct: {}",
+      match.drift, match.drift_sigma, DriftRemedy(log, match.drift));
+}
+
+std::string Joined(const std::string& a, const std::string& b) {
+  return a.empty() || b.empty() ? a + b : a + ". " + b;
 }
 
 }  // namespace
@@ -131,9 +170,6 @@ std::optional<FlightLog> SettleProposal(FoundLog* found) {
     if (found->shipped && !AreTables(*found)) return SettleAxes(found);
     Reading before = ReadBy(MapOf(*found), found->files);
     log = std::move(before.log);
-    const auto read = [&](const YAML::Node& map) {
-      return ReadBy(ReadImportMapText(TextOf(map), "proposed_map.yaml"), found->files);
-    };
     YAML::Node map = YAML::Load(found->map);
     Repairs repairs = OfMeaning(before.inspection.repairs, found->shipped.has_value());
     // Without gravity the mean force shows no axes, so that the proposal may have guessed wrong.
@@ -141,18 +177,19 @@ std::optional<FlightLog> SettleProposal(FoundLog* found) {
       const bool was_up = map["body"].as<std::string>() == "FLU";
       map["earth"] = was_up ? "NED" : "ENU";
       map["body"] = was_up ? "FRD" : "FLU";
-      repairs = OfMeaning(read(map).inspection.repairs, false);
+      const ImportMap other = ReadImportMapText(TextOf(map), "proposed_map.yaml");
+      repairs = OfMeaning(ReadBy(other, found->files).inspection.repairs, false);
     }
     if (repairs.IsNone()) return log;
     const YAML::Node corrected = CorrectMap(map, repairs);
-    Reading after = read(corrected);
-    if (CountFaults(after.inspection) >= CountFaults(before.inspection)) return log;
-    log = std::move(after.log);
+    auto after = Better(corrected, "proposed_map.yaml", *found, before);
+    if (!after) return log;
+    log = std::move(after->log);
     found->shipped.reset();
     found->map = "# Proposed by the names of the columns, corrected by what the log shows.\n" +
                  TextOf(corrected);
     found->assumed = AssumptionsOf(corrected);
-    for (const std::string& line : TakenAway(before.inspection, after.inspection)) {
+    for (const std::string& line : TakenAway(before.inspection, after->inspection)) {
       found->assumed.push_back(line);
     }
   } catch (const InputError&) {  // the conversion says why
@@ -189,6 +226,26 @@ FlightLog ReadAnyLog(const std::string& path, const std::string& map) {
   log.directory = path;
   log.sha256[fs::path(path).filename().string()] = log.source["sha256"];
   return log;
+}
+
+std::string AlignMocap(bool sampled_fixes, FlightLog* log) {
+  const std::optional<VectorMatch> match = MocapAgainstForce(*log);
+  if (!match || match->correlation < kAlike) return "";
+  std::string drift = DriftText(*log, *match);
+  if (match->or_else) return drift;
+  if (std::abs(match->lag) < std::max(kOrdinaryLag, kShown * match->lag_sigma)) return drift;
+  const TimeNs shift = FromSeconds(match->lag);
+  const bool copy = RepeatsAttitude(*log, AttitudesOf(log->mocap));
+  for (PoseSample& pose : log->mocap) pose.t -= shift;
+  if (copy) CopyAttitude(log);
+  if (sampled_fixes) {
+    for (Fix& fix : log->fixes) fix.t -= shift;
+  }
+  const std::string moved = fmt::format(
+      "mocap: its stamps are moved by {:+.3f} s +- {:.3f} s onto the IMU's clock, as `mocap_clock: "
+      "imu` asks (correlation with the accelerometer {:.3f}, as stamped {:.3f})",
+      -match->lag, match->lag_sigma, match->correlation, match->unshifted);
+  return Joined(moved, drift);
 }
 
 }  // namespace trueline

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "problems/import/find_map.h"
+#include "problems/log/flight_log.h"
 
 namespace trueline {
 
@@ -20,5 +21,14 @@ std::optional<FlightLog> SettleProposal(FoundLog* found);
 // where that is empty by FindLog() and SettleProposal(). The log may lack the IMU where it has
 // motor commands.
 FlightLog ReadAnyLog(const std::string& path, const std::string& map = "");
+
+// Mocap on the clock of the IMU, by accelerations.
+
+// Adds to the stamps of mocap what makes the second differences of its positions agree best with
+// the accelerometer, turned to earth by the logged attitude. Fixes that were sampled from mocap
+// move with it if `sampled_fixes`. Returns what was done, as a sentence; empty where the clocks
+// agree within 4 ms or 4 sigma, or where the flight does not show it. A clock that drifts by
+// kPlaceClock.drift or more is said, too.
+std::string AlignMocap(bool sampled_fixes, FlightLog* log);
 
 }  // namespace trueline

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <complex>
+#include <numbers>
+#include <unsupported/Eigen/FFT>
 
 #include "problems/import/shared_stamps.h"
 #include "problems/inspection/clear.h"
@@ -15,24 +17,12 @@
 namespace trueline {
 namespace {
 
-constexpr double kLongStep = 5.0;      // median steps that make a gap
-constexpr double kJitterShare = 0.25;  // of the step
-constexpr double kRepeatShare = 0.3;   // of samples that count as held
+constexpr double kLongStep = 5.0;  // median steps that make a gap
 constexpr double kSpikeSigmas = 15.0;
 constexpr double kRareSpikes = 0.005;    // share: more often is no spike but vibration
 constexpr double kUsualVibration = 5.0;  // m/s^2
-// Of a rotor's speed about a sample: motors take longer than one sample to change by as much.
-constexpr double kLeastRotorSpike = 0.25;
-constexpr double kTurning = 0.25;  // of the speed in flight; what stands still drives nothing
-// s, that motors take to change their speed: a shorter step loses none of it.
-constexpr double kMotorLag = 0.01;
+constexpr double kMotorLag = 0.01;       // s, to change a speed: a shorter step loses none of it
 constexpr double kMostLostSpeed = 0.01;  // of the mean speed
-// Gaps of rotors and motors: shorter ones are bridged by a straight line without harm.
-constexpr double kHarmfulTurn = 0.02;  // rad, by the single sample that a spike is
-constexpr double kHarmfulSpeed = 0.3;  // m/s, the same along the thrust; shifts b_az by 2 sigma
-constexpr double kDeadShare = 0.05;    // of the noise of the quieter neighbour
-constexpr double kQuietForce = 3e-4;   // m/s^2/sqrt(Hz): the best MEMS sensors have more noise
-constexpr double kQuietRate = 2e-5;    // rad/s/sqrt(Hz)
 
 struct Spikes {
   int count = 0;
@@ -123,9 +113,10 @@ RotorSpikes SpikesOfRotors(const std::vector<ChannelsSample>& samples) {
   for (std::size_t k = 0; k < samples.front().values.size(); ++k) {
     std::vector<double> values;
     for (const ChannelsSample& sample : samples) values.push_back(sample.values[k]);
-    const double turning = kTurning * Quantile(values, 0.9);
+    // What stands still drives nothing, and motors take longer than one sample to change so.
+    const double turning = kNotable * Quantile(values, 0.9);
     const Spikes spikes = FindSpikes(values, [turning](double speed) {
-      return speed > turning ? kLeastRotorSpike * speed : std::numeric_limits<double>::infinity();
+      return speed > turning ? kNotable * speed : std::numeric_limits<double>::infinity();
     });
     if (spikes.count > most.spikes.count) most = {k, spikes};
   }
@@ -153,16 +144,12 @@ double LostBetweenSamples(const std::vector<ChannelsSample>& samples, double ste
 
 void AddAxes(const std::vector<ImuSample>& imu, StreamHealth* health) {
   for (std::size_t axis = 0; axis < kImuAxes.size(); ++axis) {
+    const SensorSizes& sizes = axis < 3 ? kAccelerometer : kGyroscope;
     std::vector<double> values;
     for (const ImuSample& sample : imu) values.push_back(AxisValue(sample, axis));
-    AxisHealth one;
-    one.axis = kImuAxes[axis];
-    one.quantum = QuantumOf(values);
-    const Spikes spikes = FindSpikes(values, axis < 3 ? 5.0 : 1.0);
-    one.spikes = spikes.count;
-    one.largest_spike = spikes.largest;
-    one.noise = NoiseOf(WelchSpectrum(values, health->rate), axis < 3 ? kQuietForce : kQuietRate);
-    health->axes.push_back(one);
+    const Spikes spikes = FindSpikes(values, sizes.spike);
+    health->axes.push_back({kImuAxes[axis], QuantumOf(values), spikes.count, spikes.largest,
+                            NoiseOf(WelchSpectrum(values, health->rate), sizes.quiet)});
   }
 }
 
@@ -187,7 +174,7 @@ class HealthFindings {
                       h.rate),
           "state the `unit` of its time; days, as a spreadsheet counts them, have `scale: 86400`");
     }
-    if (h.stream != "fixes" && h.rate > 0.0 && h.jitter > kJitterShare / h.rate) {
+    if (h.stream != "fixes" && h.rate > 0.0 && h.jitter > kNotable / h.rate) {
       Add("jitter", h, imu || h.stream == "attitude" ? Level::kWidens : Level::kNote, h.jitter, "s",
           fmt::format("the steps between stamps scatter by {:.1f} ms about {:.1f} ms",
                       1e3 * h.jitter, 1e3 / h.rate),
@@ -273,12 +260,12 @@ class HealthFindings {
  private:
   void Axis(const StreamHealth& h, const AxisHealth& axis) {
     const bool accel = axis.axis[0] == 'a';
+    const SensorSizes& sizes = accel ? kAccelerometer : kGyroscope;
     if (axis.spikes > 0) {
       // Turn and thrust are integrated sample by sample; x and y of the accelerometer are robust
       // means.
-      const double change = axis.largest_spike / h.rate;
       const bool harmful =
-          accel ? axis.axis == "az" && change > kHarmfulSpeed : change > kHarmfulTurn;
+          axis.largest_spike / h.rate > sizes.harmful && (!accel || axis.axis == "az");
       Add("spikes", h, harmful ? Level::kBiases : Level::kWidens, axis.spikes, "samples",
           fmt::format("{} samples of {} stand apart from those before and after, by up to {:.3g} "
                       "{}",
@@ -307,7 +294,7 @@ class HealthFindings {
       const AxisHealth& axis = h.axes[first + k];
       const double others = std::min(h.axes[first + (k + 1) % 3].noise.density,
                                      h.axes[first + (k + 2) % 3].noise.density);
-      if (!(axis.noise.density < kDeadShare * others)) continue;
+      if (!(axis.noise.density < kHardly * others)) continue;
       Add("dead_axis", h, Level::kBiases, axis.noise.density / others, "1",
           fmt::format("{} has {:.1g} times the noise of the sensor's other axes: it is in another "
                       "unit, or not measured",
@@ -327,12 +314,38 @@ class HealthFindings {
   std::vector<Finding>* findings_;
 };
 
+constexpr std::size_t kLongestWindow = 512;
+constexpr double kVibration = 20.0;  // Hz, above which no vehicle's motion lies
+constexpr double kLine = 10.0;       // of the density about it, for a line
+
+double MedianOver(const Spectrum& spectrum, double from, double to) {
+  std::vector<double> inside;
+  for (std::size_t i = 0; i < spectrum.frequency.size(); ++i) {
+    if (spectrum.frequency[i] >= from && spectrum.frequency[i] <= to) {
+      inside.push_back(spectrum.density[i]);
+    }
+  }
+  return inside.empty() ? 0.0 : LowerMedian(inside);
+}
+
+// The uppermost tenth of the band does not count: a sensor's own filter for the sampling ends
+// there.
+double CutoffOf(const Spectrum& spectrum, double quiet) {
+  const double nyquist = spectrum.frequency.back();
+  double cutoff = 0.0;
+  for (std::size_t i = spectrum.frequency.size(); i-- > 0;) {
+    if (spectrum.density[i] >= quiet * quiet) break;
+    cutoff = spectrum.frequency[i];
+  }
+  return cutoff < 0.9 * nyquist ? cutoff : 0.0;
+}
+
 }  // namespace
 
 bool StreamHealth::IsHeld() const {
   const bool is_sensor = stream == "imu" || stream == "attitude" || stream == "mocap" ||
                          stream == "pose" || stream == "fixes";
-  return is_sensor && repeats > kRepeatShare;
+  return is_sensor && repeats > kLittle;
 }
 
 std::vector<StreamHealth> CheckStreams(const FlightLog& log, std::optional<TimeNs> jump,
@@ -361,6 +374,60 @@ std::vector<StreamHealth> CheckStreams(const FlightLog& log, std::optional<TimeN
     all.push_back(std::move(health));
   });
   return all;
+}
+
+Spectrum WelchSpectrum(const std::vector<double>& values, double rate) {
+  std::size_t window = kLongestWindow;
+  while (window > values.size()) window /= 2;
+  if (window < kLongestWindow / 8) return {};
+  Spectrum spectrum;
+  spectrum.density.assign(window / 2 + 1, 0.0);
+  for (std::size_t k = 0; k <= window / 2; ++k) {
+    spectrum.frequency.push_back(static_cast<double>(k) * rate / static_cast<double>(window));
+  }
+  std::vector<double> hann(window);
+  double power = 0.0;
+  for (std::size_t i = 0; i < window; ++i) {
+    hann[i] = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * static_cast<double>(i) /
+                                   static_cast<double>(window));
+    power += hann[i] * hann[i];
+  }
+  Eigen::FFT<double> fft;
+  std::vector<double> piece(window);
+  std::vector<std::complex<double>> transform;
+  int pieces = 0;
+  for (std::size_t begin = 0; begin + window <= values.size(); begin += window / 2, ++pieces) {
+    double mean = 0.0;
+    for (std::size_t i = 0; i < window; ++i)
+      mean += values[begin + i] / static_cast<double>(window);
+    for (std::size_t i = 0; i < window; ++i) piece[i] = hann[i] * (values[begin + i] - mean);
+    fft.fwd(transform, piece);
+    for (std::size_t k = 0; k <= window / 2; ++k) {
+      const double sides = k == 0 || k == window / 2 ? 1.0 : 2.0;
+      spectrum.density[k] += sides * std::norm(transform[k]) / (rate * power);
+    }
+  }
+  for (double& d : spectrum.density) d /= pieces;
+  return spectrum;
+}
+
+Noise NoiseOf(const Spectrum& spectrum, double quiet) {
+  Noise noise;
+  if (spectrum.frequency.size() < 4) return noise;
+  const double nyquist = spectrum.frequency.back(), bin = spectrum.frequency[1];
+  noise.density = std::sqrt(MedianOver(spectrum, 0.5 * nyquist, nyquist));
+  noise.cutoff = CutoffOf(spectrum, quiet);
+  const double floor = MedianOver(spectrum, kVibration, nyquist);
+  double highest = kLine * floor;
+  for (std::size_t i = 0; i < spectrum.frequency.size(); ++i) {
+    if (spectrum.frequency[i] < kVibration) continue;
+    noise.vibration += bin * spectrum.density[i];
+    if (spectrum.density[i] <= highest || spectrum.frequency[i] < 1.25 * kVibration) continue;
+    highest = spectrum.density[i];
+    noise.peak = spectrum.frequency[i];
+  }
+  noise.vibration = std::sqrt(noise.vibration);
+  return noise;
 }
 
 }  // namespace trueline

@@ -1,14 +1,9 @@
 #include "problems/inspection/vector_match.h"
 
 #include <Eigen/Dense>
-#include <algorithm>
-#include <array>
-#include <cmath>
 
 #include "cost_functions/models/rotation.h"
-#include "problems/inspection/clear.h"
 #include "problems/inspection/motion.h"
-#include "problems/inspection/vector_sums.h"
 #include "problems/result/statistics.h"
 #include "problems/trajectory/mocap_path.h"
 
@@ -39,10 +34,7 @@ struct SteadyMatch {
   double from = 0.0, to = 0.0;  // s, of the pairs
 };
 
-constexpr double kRepeats = 0.5;    // s, farther apart two lags are two peaks
-constexpr double kClearly = 0.02;   // correlation by which a farther peak must be better
-constexpr double kOutlier = 6.0;    // median residuals
-constexpr double kFineStep = 0.01;  // s, of the parabola about the peak
+constexpr double kOutlier = 6.0;  // median residuals
 
 // The lag of the best correlation on the coarse grid, and another one that is as good.
 struct Peak {
@@ -73,7 +65,7 @@ Peak CoarsePeak(const PairsAt& pairs, const LagSearch& search) {
   Peak peak;
   double best = -1.0, other = -1.0;
   for (const auto& [lag, correlation] : tried) {
-    const bool near = std::abs(lag - nearest.first) <= kRepeats;
+    const bool near = std::abs(lag - nearest.first) <= kNearLag;
     double& record = near ? best : other;
     if (correlation <= record) continue;
     record = correlation;
@@ -229,7 +221,6 @@ std::optional<SteadyMatch> MatchSteady(const PairsAt& all, const LagSearch& sear
 constexpr double kMostDrift = 0.01;      // s/s
 constexpr int kMostDriftSteps = 100;     // each way
 constexpr int kMostParts = 60;           // of the flight, each of one lag
-constexpr double kPartLag = 0.02;        // s, by which the lag may change over a part
 constexpr double kDriftExplains = 0.95;  // of the residual's square that remains
 
 // Sums of blocks at lags on both sides of a match's.
@@ -314,7 +305,7 @@ DriftingLag CoarseDrift(const AtManyLags& at, double middle) {
 // The pairs of a stream whose lag grows by the drift, as if it did not; what is asked for is a lag
 // more than that of `at`.
 PairsAt WithoutDrift(const PairsAt& pairs, const DriftingLag& at, double from, double to) {
-  const double moved = std::abs(at.drift) * (to - from) / kPartLag;
+  const double moved = std::abs(at.drift) * (to - from) / LagSearch().step;
   const int parts = std::clamp(static_cast<int>(std::ceil(moved)), kBlocks, kMostParts);
   return [=](double more) {
     std::vector<VectorPair> kept;
@@ -362,7 +353,7 @@ std::optional<VectorMatch> MatchDrifting(const PairsAt& pairs, const SteadyMatch
 std::optional<VectorMatch> MatchVectors(const PairsAt& pairs, const LagSearch& search) {
   const std::optional<SteadyMatch> steady = MatchSteady(pairs, search);
   if (!steady) return std::nullopt;
-  if (search.reach > 0.0 && steady->shown < kCovers * kBlocks) {
+  if (search.reach > 0.0 && steady->shown < kMostly * kBlocks) {
     if (const auto drifting = MatchDrifting(pairs, *steady, search)) return drifting;
   }
   return steady->match;
@@ -447,6 +438,75 @@ PairsAt FixPairs(const FlightLog& log) {
     }
     return pairs;
   };
+}
+
+double Correlation(const VectorSums& sums, bool any_turn) {
+  if (!(sums.n >= kFewest) || !(sums.Scale() > 0.0)) return 0.0;
+  const Eigen::Matrix3d h = sums.Cov();
+  const double shared =
+      any_turn ? Eigen::JacobiSVD<Eigen::Matrix3d>(h).singularValues().sum() : h.trace();
+  return shared / sums.Scale();
+}
+
+double CorrelationUnder(const Eigen::Matrix3d& turn, const VectorSums& block) {
+  if (block.n < kFewestOfPart || !(block.Scale() > 0.0)) return std::nan("");
+  return (turn.transpose() * block.Cov()).trace() / block.Scale();
+}
+
+double PlainCorrelation(const VectorSums& sums) {
+  const Eigen::Matrix3d h = sums.Cov();
+  double best = -1.0;
+  for (const Eigen::Matrix3d& m : SignedPermutations()) {
+    best = std::max(best, m.cwiseProduct(h).sum() / sums.Scale());
+  }
+  return best;
+}
+
+TurnFit FitTurn(const VectorSums& sums) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sums.Cov(),
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d &u = svd.matrixU(), &v = svd.matrixV();
+  TurnFit turn;
+  turn.best = u * v.transpose();
+  const double sign = turn.best.determinant() > 0.0 ? 1.0 : -1.0;
+  turn.rotation = u * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * v.transpose();
+  turn.mirrored = u * Eigen::Vector3d(1.0, 1.0, -sign).asDiagonal() * v.transpose();
+  turn.third = sign * 2.0 * svd.singularValues()[2] / sums.Scale();
+  return turn;
+}
+
+BlocksOfSums BlockSums(const std::vector<VectorPair>& pairs, double from, double to) {
+  BlocksOfSums blocks;
+  for (const VectorPair& pair : pairs) {
+    const double share = (pair.t - from) / std::max(1e-9, to - from);
+    const int block = std::clamp(static_cast<int>(share * kBlocks), 0, kBlocks - 1);
+    blocks[static_cast<std::size_t>(block)].Add(pair);
+  }
+  return blocks;
+}
+
+VectorSums SumOf(const std::vector<VectorPair>& pairs) {
+  VectorSums sums;
+  for (const VectorPair& pair : pairs) sums.Add(pair);
+  return sums;
+}
+
+LagLine FitLagLine(const std::vector<Eigen::Vector2d>& points) {
+  if (points.size() < 5) return {};
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const auto& p : points) mean += p / static_cast<double>(points.size());
+  double tt = 0.0, tl = 0.0, rest = 0.0;
+  for (const auto& p : points) {
+    tt += std::pow(p[0] - mean[0], 2);
+    tl += (p[0] - mean[0]) * (p[1] - mean[1]);
+  }
+  const double slope = tl / tt;
+  for (const auto& p : points) rest += std::pow(p[1] - mean[1] - slope * (p[0] - mean[0]), 2);
+  return {slope, std::sqrt(rest / static_cast<double>(points.size() - 2) / tt)};
+}
+
+double BlockMiddle(std::size_t block, double span) {
+  return (static_cast<double>(block) + 0.5) * span / kBlocks;
 }
 
 }  // namespace trueline

@@ -31,6 +31,17 @@ struct CsvSeparators {
   bool operator==(const CsvSeparators&) const = default;
 };
 
+// How a table of text is laid out.
+struct CsvDialect {
+  CsvSeparators separators;
+  int skip_lines = 0;       // a head, before names or rows
+  bool header = true;       // a line of names follows
+  bool units_line = false;  // and below that one of units, as "s,m/s^2", which is skipped
+
+  bool operator==(const CsvDialect&) const = default;
+  int LinesBeforeRows() const { return skip_lines + (header ? 1 : 0) + (units_line ? 1 : 0); }
+};
+
 // Splits lines of values. A decimal comma is given as a point, a mark of a missing value ("--",
 // "NA", "null") as nothing.
 class ValueSplitter {

@@ -1,11 +1,10 @@
-#include "problems/simulators/check_vehicle.h"
-
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
+
+#include "problems/simulators/audit.h"
 
 namespace trueline {
 namespace {
@@ -115,7 +114,7 @@ constexpr const char* kAboveZero[] = {"m",          "body_mass", "k_f",   "k_m",
 Contradicted FindingAt(const VehicleFile& file, const std::string& parameter, double value,
                        const std::string& text, const Reading* at = nullptr) {
   const NeutralInfo* info = FindNeutral(parameter);
-  Contradicted finding{parameter, info != nullptr ? info->unit : "", value, text, "", ""};
+  Contradicted finding{parameter, info != nullptr ? info->unit : "", value, text};
   Place(file, at != nullptr ? at : file.Find(parameter), &finding);
   return finding;
 }
@@ -340,6 +339,27 @@ std::vector<Contradicted> LeftBeside(const Root& root, const VehicleFile& file,
   return least;
 }
 
+// Files have origins of their own: where the centre of mass stands between the rotors is compared.
+// Returns how far the two are apart, m: moments of inertia about them differ by that, too.
+double CompareCentres(const VehicleFile& first, const VehicleFile& second,
+                      std::vector<Contradicted>* findings) {
+  constexpr double kSameCentre = 0.05;  // of the arm
+  const NeutralVehicle &a = first.vehicle, &b = second.vehicle;
+  double squares = 0.0;
+  if (!a.Flies() || !b.Flies()) return 0.0;
+  for (const char* name : {"r_BM_x", "r_BM_y", "r_BM_z"}) {
+    const int axis = name[5] - 'x';
+    const double one = a.CentreFromRotors(axis), other = b.CentreFromRotors(axis);
+    if (std::abs(one - other) <= kSameCentre * std::max(a.Get("arm"), b.Get("arm"))) continue;
+    findings->push_back(FindingAt(
+        second, name, other,
+        fmt::format("{} is {:.4g} m from the middle of the rotors here and {:.4g} m in {}", name,
+                    other, one, first.Name())));
+    squares += (one - other) * (one - other);
+  }
+  return std::sqrt(squares);
+}
+
 }  // namespace
 
 void Place(const VehicleFile& file, const Reading* at, Contradicted* entry) {
@@ -411,31 +431,6 @@ std::vector<Contradicted> CheckVehicle(const VehicleFile& file) {
   }
   return findings;
 }
-
-namespace {
-
-// Files have origins of their own: where the centre of mass stands between the rotors is compared.
-// Returns how far the two are apart, m: moments of inertia about them differ by that, too.
-double CompareCentres(const VehicleFile& first, const VehicleFile& second,
-                      std::vector<Contradicted>* findings) {
-  constexpr double kSameCentre = 0.05;  // of the arm
-  const NeutralVehicle &a = first.vehicle, &b = second.vehicle;
-  double squares = 0.0;
-  if (!a.Flies() || !b.Flies()) return 0.0;
-  for (const char* name : {"r_BM_x", "r_BM_y", "r_BM_z"}) {
-    const int axis = name[5] - 'x';
-    const double one = a.CentreFromRotors(axis), other = b.CentreFromRotors(axis);
-    if (std::abs(one - other) <= kSameCentre * std::max(a.Get("arm"), b.Get("arm"))) continue;
-    findings->push_back(FindingAt(
-        second, name, other,
-        fmt::format("{} is {:.4g} m from the middle of the rotors here and {:.4g} m in {}", name,
-                    other, one, first.Name())));
-    squares += (one - other) * (one - other);
-  }
-  return std::sqrt(squares);
-}
-
-}  // namespace
 
 std::vector<Contradicted> CompareVehicles(const std::vector<VehicleFile>& files) {
   std::vector<Contradicted> findings;

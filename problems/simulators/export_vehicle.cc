@@ -9,7 +9,7 @@
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/result/yaml_text.h"
-#include "problems/simulators/describe_audit.h"
+#include "problems/simulators/audit.h"
 #include "problems/simulators/vehicle_replay.h"
 
 namespace trueline {

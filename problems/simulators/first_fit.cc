@@ -1,11 +1,10 @@
-#include "problems/simulators/first_fit.h"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <vector>
 
+#include "problems/simulators/flight_estimate.h"
 #include "problems/simulators/judge_flights.h"
 
 namespace trueline {
@@ -106,56 +105,6 @@ bool FitTheRotors(const std::vector<ChannelsSample>& speeds, const FlightLog& lo
          speeds.front().values.size() == vehicle.rotors.size();
 }
 
-}  // namespace
-
-Eigen::MatrixX3d TurnBySquares(const NeutralVehicle& v) {
-  Eigen::MatrixX3d turn(static_cast<int>(v.rotors.size()), 3);
-  for (int i = 0; i < turn.rows(); ++i) {
-    const double k_f = v.Get("k_f", i);
-    turn.row(i) << -v.Get("y_M", i) * k_f / v.Get("I_x"), v.Get("x_M", i) * k_f / v.Get("I_y"),
-        -v.Get("spin_k_m", i) / v.Get("I_z");
-  }
-  return turn;
-}
-
-FirstFit FitFirst(const FlightLog& log, const NeutralVehicle& vehicle) {
-  if (!FitTheRotors(log.rotors, log, vehicle)) return {};
-  return FitTo(TurnsOf(log.rotors, 0.0, log.imu), vehicle);
-}
-
-RotorOrder OrderByFlight(const FlightLog& log, const NeutralVehicle& vehicle) {
-  RotorOrder stated{std::vector<int>(vehicle.rotors.size())};
-  std::iota(stated.rotors.begin(), stated.rotors.end(), 0);
-  // Commands stand for speeds that follow them.
-  const bool measured = !log.rotors.empty();
-  const std::vector<ChannelsSample>& speeds = measured ? log.rotors : log.motors;
-  if (!FitTheRotors(speeds, log, vehicle) || stated.rotors.size() > 6) return stated;
-  const Turns turns = TurnsOf(speeds, measured ? 0.0 : kUsualLag, log.imu);
-  const auto roll_and_pitch = [&](const std::vector<int>& by) {
-    NeutralVehicle v = vehicle;
-    for (std::size_t i = 0; i < by.size(); ++i) {
-      v.rotors[i] = vehicle.rotors[static_cast<std::size_t>(by[i])];
-    }
-    const FirstFit fit = FitTo(turns, v);
-    return std::min(fit.correlation[0], fit.correlation[1]);
-  };
-  RotorOrder best = stated;
-  std::vector<int> order = stated.rotors;
-  const double own = roll_and_pitch(order);
-  double most = own;
-  while (std::next_permutation(order.begin(), order.end())) {
-    const double score = roll_and_pitch(order);
-    if (score > most) most = score, best.rotors = order;
-  }
-  // By chance a correlation has a sigma of one over the root of the count.
-  const double chance = kThreeSigma / std::sqrt(1.0 + static_cast<double>(turns.changes.rows()));
-  if (most < chance || (own > 0.0 && own > 0.5 * most)) best = stated;
-  best.shown = roll_and_pitch(best.rotors) > chance;
-  return best;
-}
-
-namespace {
-
 constexpr int kParts = 8;  // of the flight, each fitted alone: their scatter is the sigma
 constexpr double kShortestPart = 1.0;                       // s
 constexpr double kMostScatter = 0.2, kMostSeconds = 0.003;  // of a lag that is shown: a share, s
@@ -234,6 +183,52 @@ LagFit BestLag(const FlightLog& log, std::size_t begin, std::size_t end) {
 }
 
 }  // namespace
+
+Eigen::MatrixX3d TurnBySquares(const NeutralVehicle& v) {
+  Eigen::MatrixX3d turn(static_cast<int>(v.rotors.size()), 3);
+  for (int i = 0; i < turn.rows(); ++i) {
+    const double k_f = v.Get("k_f", i);
+    turn.row(i) << -v.Get("y_M", i) * k_f / v.Get("I_x"), v.Get("x_M", i) * k_f / v.Get("I_y"),
+        -v.Get("spin_k_m", i) / v.Get("I_z");
+  }
+  return turn;
+}
+
+FirstFit FitFirst(const FlightLog& log, const NeutralVehicle& vehicle) {
+  if (!FitTheRotors(log.rotors, log, vehicle)) return {};
+  return FitTo(TurnsOf(log.rotors, 0.0, log.imu), vehicle);
+}
+
+RotorOrder OrderByFlight(const FlightLog& log, const NeutralVehicle& vehicle) {
+  RotorOrder stated{std::vector<int>(vehicle.rotors.size())};
+  std::iota(stated.rotors.begin(), stated.rotors.end(), 0);
+  // Commands stand for speeds that follow them.
+  const bool measured = !log.rotors.empty();
+  const std::vector<ChannelsSample>& speeds = measured ? log.rotors : log.motors;
+  if (!FitTheRotors(speeds, log, vehicle) || stated.rotors.size() > 6) return stated;
+  const Turns turns = TurnsOf(speeds, measured ? 0.0 : kUsualLag, log.imu);
+  const auto roll_and_pitch = [&](const std::vector<int>& by) {
+    NeutralVehicle v = vehicle;
+    for (std::size_t i = 0; i < by.size(); ++i) {
+      v.rotors[i] = vehicle.rotors[static_cast<std::size_t>(by[i])];
+    }
+    const FirstFit fit = FitTo(turns, v);
+    return std::min(fit.correlation[0], fit.correlation[1]);
+  };
+  RotorOrder best = stated;
+  std::vector<int> order = stated.rotors;
+  const double own = roll_and_pitch(order);
+  double most = own;
+  while (std::next_permutation(order.begin(), order.end())) {
+    const double score = roll_and_pitch(order);
+    if (score > most) most = score, best.rotors = order;
+  }
+  // By chance a correlation has a sigma of one over the root of the count.
+  const double chance = kThreeSigma / std::sqrt(1.0 + static_cast<double>(turns.changes.rows()));
+  if (most < chance || (own > 0.0 && own > 0.5 * most)) best = stated;
+  best.shown = roll_and_pitch(best.rotors) > chance;
+  return best;
+}
 
 std::optional<MotorResponse> FindMotorResponse(const FlightLog& log) {
   if (log.rotors.size() < 100 || log.motors.size() < 100) return std::nullopt;

@@ -8,7 +8,6 @@
 #include "problems/calibration/without_poses.h"
 #include "problems/common/error.h"
 #include "problems/result/statistics.h"
-#include "problems/simulators/first_fit.h"
 
 namespace trueline {
 namespace {
@@ -108,23 +107,22 @@ RotorCalibrationOptions OptionsFor(const FlightLog& log, const NeutralVehicle& v
   o.hold_out = kHoldOut;
   o.noise.position = 0.005, o.noise.attitude = 0.01;
   o.noise.accel = 0.5, o.noise.gyro = 0.05;
-  const double arm = v.Get("arm");
   RotorPrior* prior = &o.prior;
-  for (const char* name : {"m", "r_BI_z"}) prior->sigma[FindRotorConstant(name)] = 0.0;
-  SetPrior("I_z", v.Get("I_z"), kKnownSigma * v.Get("I_z"), prior);
-  for (const char* name : {"I_x", "I_y"}) {
-    SetPrior(name, v.Get(name), kInertiaSigma * v.Get(name), prior);
-  }
+  const auto free = [&](std::initializer_list<const char*> names, double mean, double sigma) {
+    for (const char* name : names) SetPrior(name, mean, sigma, prior);
+  };
   for (const char* name : {"r_BM_x", "r_BM_y", "r_BM_z", "r_BI_x", "r_BI_y"}) {
-    prior->sigma[FindRotorConstant(name)] = kPlaceSigma * arm;
+    prior->sigma[FindRotorConstant(name)] = kPlaceSigma * v.Get("arm");
   }
-  for (const char* name : {"r_BP_x", "r_BP_y", "r_BP_z"}) SetPrior(name, 0.0, kPoseArmSigma, prior);
-  SetPrior("k_f", 1.0, kThrustSigma, prior);
-  SetPrior("k_m", 1.0, kMomentSigma, prior);
-  for (const char* name : {"K_x", "K_y", "K_z"}) SetPrior(name, 0.0, kDragSigma, prior);
-  for (const char* name : {"L_p", "M_q", "N_r"}) SetPrior(name, 0.0, kDampingSigma, prior);
-  for (const char* name : {"L_v", "M_u"}) SetPrior(name, 0.0, kSpeedMomentSigma, prior);
-  SetPrior("pose_delay", 0.0, kPoseDelaySigma, prior);
+  for (const char* name : {"m", "r_BI_z"}) prior->sigma[FindRotorConstant(name)] = 0.0;
+  free({"I_x"}, v.Get("I_x"), kInertiaSigma * v.Get("I_x"));
+  free({"I_y"}, v.Get("I_y"), kInertiaSigma * v.Get("I_y"));
+  free({"I_z"}, v.Get("I_z"), kKnownSigma * v.Get("I_z"));
+  free({"r_BP_x", "r_BP_y", "r_BP_z"}, 0.0, kPoseArmSigma);
+  free({"k_f"}, 1.0, kThrustSigma), free({"k_m"}, 1.0, kMomentSigma);
+  free({"K_x", "K_y", "K_z"}, 0.0, kDragSigma);
+  free({"L_p", "M_q", "N_r"}, 0.0, kDampingSigma), free({"L_v", "M_u"}, 0.0, kSpeedMomentSigma);
+  free({"pose_delay"}, 0.0, kPoseDelaySigma);
   if (log.rotors.empty()) DriveByCommands(log, v, lag, &o);
   return o;
 }
@@ -384,27 +382,23 @@ ErrorByHorizon FlightEstimate::ErrorsWith(const NeutralVehicle& other) const {
 std::map<std::string, FlightValue> Together(const std::vector<FlightEstimate>& flights) {
   std::map<std::string, FlightValue> together;
   for (const auto& [name, first] : flights.front().values) {
-    double weights = 0.0, sum = 0.0, count = 0.0;
+    std::vector<FlightValue> shown;
     for (const FlightEstimate& flight : flights) {
       const auto value = flight.values.find(name);
-      if (value == flight.values.end() || !value->second.shown) continue;
-      const double weight = 1.0 / (value->second.sigma * value->second.sigma);
-      weights += weight, sum += weight * value->second.value, count += 1.0;
+      if (value != flight.values.end() && value->second.shown) shown.push_back(value->second);
     }
-    if (count == 0.0) {
-      together[name] = first;
-      continue;
+    FlightValue& value = together[name] = first;
+    if (shown.empty()) continue;
+    double weights = 0.0, sum = 0.0, scatter = 0.0;
+    for (const FlightValue& one : shown) {
+      const double weight = 1.0 / (one.sigma * one.sigma);
+      weights += weight, sum += weight * one.value;
     }
-    FlightValue value = first;
     value.value = sum / weights, value.sigma = std::sqrt(1.0 / weights), value.shown = true;
-    double scatter = 0.0;
-    for (const FlightEstimate& flight : flights) {
-      const auto own = flight.values.find(name);
-      if (own == flight.values.end() || !own->second.shown) continue;
-      scatter += std::pow((own->second.value - value.value) / own->second.sigma, 2);
-    }
-    if (count > 1.0) value.sigma *= std::sqrt(std::max(1.0, scatter / (count - 1.0)));
-    together[name] = value;
+    for (const FlightValue& one : shown)
+      scatter += std::pow((one.value - value.value) / one.sigma, 2);
+    const double freedom = static_cast<double>(shown.size()) - 1.0;
+    if (freedom > 0.0) value.sigma *= std::sqrt(std::max(1.0, scatter / freedom));
   }
   return together;
 }

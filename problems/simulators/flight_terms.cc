@@ -1,11 +1,9 @@
-#include "problems/simulators/flight_terms.h"
-
 #include <Eigen/Dense>
 #include <array>
 #include <cmath>
 #include <vector>
 
-#include "problems/simulators/first_fit.h"
+#include "problems/simulators/flight_estimate.h"
 #include "problems/simulators/judge_flights.h"
 #include "problems/simulators/vehicle_replay.h"
 

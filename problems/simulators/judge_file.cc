@@ -9,8 +9,7 @@
 
 #include "problems/common/error.h"
 #include "problems/simulators/audit.h"
-#include "problems/simulators/describe_audit.h"
-#include "problems/simulators/first_fit.h"
+#include "problems/simulators/flight_estimate.h"
 #include "problems/simulators/judge_flights.h"
 
 namespace trueline {

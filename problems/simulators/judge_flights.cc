@@ -6,8 +6,7 @@
 #include <cmath>
 
 #include "problems/result/statistics.h"
-#include "problems/simulators/describe_audit.h"
-#include "problems/simulators/flight_terms.h"
+#include "problems/simulators/flight_estimate.h"
 #include "problems/simulators/vehicle_replay.h"
 
 namespace trueline {
@@ -136,12 +135,10 @@ bool FlightJudge::Compare(const std::string& parameter, double stated, const Fli
   }
   if (!wrong) return false;
   constexpr double kNone = 2.0;  // sigmas: a value that may as well be zero
-  Contradicted entry;
-  entry.parameter = parameter, entry.unit = UnitOf(parameter);
-  entry.file_value = stated, entry.flight_value = value.value;
-  entry.sigma = Sigma(parameter, value);
-  entry.text = std::abs(value.value) < kNone * value.sigma ? "the flight shows none of it"
-                                                           : RatioInWords(stated, value.value);
+  const bool is_none = std::abs(value.value) < kNone * value.sigma;
+  Contradicted entry{parameter, UnitOf(parameter), stated,
+                     is_none ? "the flight shows none of it" : RatioInWords(stated, value.value)};
+  entry.flight_value = value.value, entry.sigma = Sigma(parameter, value);
   if (file != nullptr) Place(*file, at, &entry);
   audit->contradicted.push_back(entry);
   return true;
@@ -259,11 +256,9 @@ bool CompareWithLog(const std::string& parameter, double in_file, double stated,
   audit->compared.push_back(
       {parameter, UnitOf(parameter), in_file, stated, sigma, tolerance, wrong});
   if (!wrong) return false;
-  Contradicted entry;
-  entry.parameter = parameter, entry.unit = UnitOf(parameter);
-  entry.file_value = in_file, entry.flight_value = stated, entry.sigma = sigma;
-  entry.text = RatioInWords(in_file, stated) + "; by " + by + " in log.yaml";
-  audit->contradicted.push_back(entry);
+  audit->contradicted.push_back({parameter, UnitOf(parameter), in_file,
+                                 RatioInWords(in_file, stated) + "; by " + by + " in log.yaml"});
+  audit->contradicted.back().flight_value = stated, audit->contradicted.back().sigma = sigma;
   return true;
 }
 
@@ -277,8 +272,7 @@ double ArmOfRotors(const std::vector<Rotor>& rotors) {
 }
 
 void AddSpin(const VehicleFile* file, double spin, const std::string& text, Audit* audit) {
-  Contradicted entry;
-  entry.parameter = "spin", entry.file_value = spin, entry.text = text;
+  Contradicted entry{"spin", "", spin, text};
   if (file != nullptr) Place(*file, file->Find("spin"), &entry);
   audit->contradicted.push_back(entry);
 }

@@ -52,25 +52,18 @@ class Expression {
     ++at_;
     return true;
   }
-  double Sum() {
-    double value = Product();
-    for (;;) {
-      if (Eat('+')) {
-        value += Product();
-      } else if (Eat('-')) {
-        value -= Product();
-      } else {
-        return value;
-      }
-    }
-  }
+  // Terms with the operators `add` or `take` between them, which change the value so.
+  double Sum() { return Chain('+', '-', &Expression::Product, std::plus(), std::minus()); }
   double Product() {
-    double value = Factor();
+    return Chain('*', '/', &Expression::Factor, std::multiplies(), std::divides());
+  }
+  double Chain(char add, char take, double (Expression::*term)(), auto with, auto without) {
+    double value = (this->*term)();
     for (;;) {
-      if (Eat('*')) {
-        value *= Factor();
-      } else if (Eat('/')) {
-        value /= Factor();
+      if (Eat(add)) {
+        value = with(value, (this->*term)());
+      } else if (Eat(take)) {
+        value = without(value, (this->*term)());
       } else {
         return value;
       }

@@ -1,11 +1,9 @@
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
-#include <map>
 
 #include "problems/common/error.h"
-#include "problems/simulators/target.h"
+#include "problems/simulators/vehicle_file.h"
 
 namespace trueline {
 namespace {
@@ -30,19 +28,18 @@ FileFields operator+(FileFields a, const FileFields& b) {
   return a;
 }
 
-// A field of each axis.
+// A field of each axis: name_x, ...
 FileFields Axes(const std::string& name, const std::string& x, const std::string& y,
                 const std::string& z, const NumberUnit& unit = {}) {
-  static const std::map<std::string, std::array<const char*, 3>> kAxes = {
-      {"I", {"I_x", "I_y", "I_z"}}, {"K", {"K_x", "K_y", "K_z"}}, {"c", {"c_x", "c_y", "c_z"}}};
-  const auto& names = kAxes.at(name);
-  return {{names[0], x, unit}, {names[1], y, unit}, {names[2], z, unit}};
+  return {{name + "_x", x, unit}, {name + "_y", y, unit}, {name + "_z", z, unit}};
 }
 
-// x forward-left-up: y and z change sign, and the products I_xy and I_xz.
-FileFields FluPlaces(const std::string& x, const std::string& y, const std::string& z) {
-  return {{"x_M", x}, {"y_M", y, {-1.0}}, {"z_M", z, {-1.0}}};
+// Places in axes forward-left-up: y and z change sign. `at`: their path but for
+// the number of the axis.
+FileFields Flu(const std::vector<std::string>& names, const std::string& at) {
+  return {{names[0], at + "0"}, {names[1], at + "1", {-1.0}}, {names[2], at + "2", {-1.0}}};
 }
+const std::vector<std::string> kFromOrigin = {"x", "y", "z"}, kFromCentre = {"x_M", "y_M", "z_M"};
 
 // The motor model of Gazebo, RotorS and CrazyS. `at`: path of a number in a rotor's element, or of
 // the property that all share.
@@ -56,12 +53,8 @@ FileFields SdfMotors() {
   const FileFields fields =
       GazeboMotors("./", {"motorConstant", "momentConstant", "timeConstantUp", "timeConstantDown",
                           "maxRotVelocity", "rotorDragCoefficient"});
-  const std::string link = "//link[name={./linkName}]/pose/";
-  return FileFields{{"spin", "./turningDirection"},
-                    {"x", link + "0"},
-                    {"y", link + "1", {-1.0}},
-                    {"z", link + "2", {-1.0}}} +
-         fields;
+  return FileFields{{"spin", "./turningDirection"}} +
+         Flu(kFromOrigin, "//link[name={./linkName}]/pose/") + fields;
 }
 
 // Simulated rotors weigh something in these formats: this share of the vehicle, in an export.
@@ -104,8 +97,6 @@ std::vector<Target> MakeTargets() {
   const std::string gazebo_lacks =
       "linear drag enters as rotor drag, exact in hover thrust; the rolling moment is along the "
       "velocity, so it is 0";
-  const std::string urdf_prop = "//link[name=prop{i}_link]/inertial/origin/@xyz/";
-  const std::string urdf_prop_from_1 = "//link[name=prop{r}_link]/inertial/origin/@xyz/";
   const auto dynamics = [](const std::string& key) { return "quadrotor_dynamics/" + key; };
   const FileFields flightmare = {{"m", dynamics("mass")},
                                  {"k_f", dynamics("thrust_map/0")},
@@ -124,7 +115,7 @@ std::vector<Target> MakeTargets() {
            Axes("I", "Ixx", "Iyy", "Izz") +
            FileFields{
                {"m", "mass"}, {"I_xy", "Ixy", {-1.0}}, {"I_xz", "Ixz", {-1.0}}, {"I_yz", "Iyz"}} +
-           FluPlaces("rotor_pos/r{r}/0", "rotor_pos/r{r}/1", "rotor_pos/r{r}/2") +
+           Flu(kFromCentre, "rotor_pos/r{r}/") +
            FileFields{{"spin", "rotor_directions/{i}"},
                       {"k_f", "k_eta"},
                       {"k_m", "k_m"},
@@ -183,7 +174,7 @@ std::vector<Target> MakeTargets() {
        .about = "gym-pybullet-drones: URDF with <properties>",
        .skeletons = {"gym_pybullet_drones.urdf"},
        .mark = "robot/properties/@kf",
-       .fields = FluPlaces(urdf_prop + "0", urdf_prop + "1", urdf_prop + "2") +
+       .fields = Flu(kFromCentre, "//link[name=prop{i}_link]/inertial/origin/@xyz/") +
                  FileFields{{"k_f", "robot/properties/@kf", {kPerRpm2}},
                             {"k_m", "robot/properties/@km", {kPerRpm2}},
                             {"full_speed",
@@ -208,7 +199,7 @@ std::vector<Target> MakeTargets() {
        .skeletons = {"pyflyt.yaml", "pyflyt.urdf"},
        .mark = "motor_params/thrust_coef",
        .fields =
-           FluPlaces(urdf_prop_from_1 + "0", urdf_prop_from_1 + "1", urdf_prop_from_1 + "2") +
+           Flu(kFromCentre, "//link[name=prop{r}_link]/inertial/origin/@xyz/") +
            FileFields{
                {"k_f", "motor_params/thrust_coef", {kPerRpm2}},
                {"k_m", "motor_params/torque_coef", {kPerRpm2}},
@@ -229,13 +220,9 @@ std::vector<Target> MakeTargets() {
        .fields =
            Axes("I", "//inertial/@diaginertia/0", "//inertial/@diaginertia/1",
                 "//inertial/@diaginertia/2") +
+           Flu({"r_BM_x", "r_BM_y", "r_BM_z"}, "//inertial/@pos/") +
+           Flu(kFromOrigin, "//site[name=rotor{i}]/@pos/") +
            FileFields{{"m", "//inertial/@mass"},
-                      {"r_BM_x", "//inertial/@pos/0"},
-                      {"r_BM_y", "//inertial/@pos/1", {-1.0}},
-                      {"r_BM_z", "//inertial/@pos/2", {-1.0}},
-                      {"x", "//site[name=rotor{i}]/@pos/0"},
-                      {"y", "//site[name=rotor{i}]/@pos/1", {-1.0}},
-                      {"z", "//site[name=rotor{i}]/@pos/2", {-1.0}},
                       {"k_f", "//general[name=rotor{i}]/@ctrlrange/1", {1.0, {{"full_speed", 2}}}},
                       {"spin_k_m", "//general[name=rotor{i}]/@gear/5", {1.0, {{"k_f", -1}}}},
                       {"tau", "//general[name=rotor{i}]/@dynprm/0"}},
@@ -275,11 +262,8 @@ std::vector<Target> MakeTargets() {
        .skeletons = {"flightmare.yaml"},
        .mark = dynamics("tbm_fr"),
        .fields = Axes("I", dynamics("inertia/0"), dynamics("inertia/1"), dynamics("inertia/2")) +
-                 flightmare +
-                 FileFields{{"x_M", dynamics("tbm_{fr,bl,br,fl}/0")},
-                            {"y_M", dynamics("tbm_{fr,bl,br,fl}/1"), {-1.0}},
-                            {"z_M", dynamics("tbm_{fr,bl,br,fl}/2"), {-1.0}},
-                            {"translational_lift", dynamics("body_drag_h"), kByMass}} +
+                 flightmare + Flu(kFromCentre, dynamics("tbm_{fr,bl,br,fl}/")) +
+                 FileFields{{"translational_lift", dynamics("body_drag_h"), kByMass}} +
                  Axes("K", dynamics("body_drag_1/0"), dynamics("body_drag_1/1"),
                       dynamics("body_drag_1/2"), {-1.0, {{"m", 1}}}),
        .order = kFlightmareDev,
@@ -342,10 +326,8 @@ std::vector<Target> MakeTargets() {
            FileFields{{"raw_rotor_mass", Property("mass_rotor")},
                       {"small_mass", Property("mass_rotor"), {kSmall, {{"m", 1}}}},
                       {"body_mass", Property("mass")},
-                      {"spin", "./@direction"},
-                      {"x", "./origin/@xyz/0"},
-                      {"y", "./origin/@xyz/1", {-1.0}},
-                      {"z", "./origin/@xyz/2", {-1.0}}} +
+                      {"spin", "./@direction"}} +
+           Flu(kFromOrigin, "./origin/@xyz/") +
            GazeboMotors("", {Property("motor_constant"), Property("moment_constant"),
                              Property("time_constant_up"), Property("time_constant_down"),
                              Property("max_rot_velocity"), Property("rotor_drag_coefficient")}) +
@@ -404,7 +386,7 @@ bool FileField::OfRotor() const {
 
 bool Target::Has(const std::string& name_of_number) const {
   for (const FileField& field : fields) {
-    const std::string name_of_field = field.name;
+    const std::string& name_of_field = field.name;
     if (name_of_field == name_of_number && !field.again) return true;
     if (name_of_field == "rise" && name_of_number == "tau") return true;
     if (name_of_field == "K" && name_of_number.starts_with("K_")) return true;

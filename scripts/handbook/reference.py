@@ -141,8 +141,9 @@ def options(programs, describe):
     return text
 
 
-FINDINGS = [r'Finding \w*\{\s*"(\w+)"', r'Finding \w*\{\w+ \? "(\w+)" : "(\w+)"', r'\bid = (?:\w+ \? )?"(\w+)"(?: : "(\w+)")?',
-            r'Add\("(\w+)"']
+FINDINGS = [r'Add(?:Repaired)?\(\s*\{?\s*"(\w+)"', r'(?:Finding \w*\{|return \{)\s*"(\w+)"',
+            r'(?:Finding \w*|Add(?:Repaired)?\()\{\w+ \? "(\w+)" : "(\w+)"',
+            r'\bid = (?:\w+ \? )?"(\w+)"(?: : "(\w+)")?']
 
 
 def finding_names():

@@ -4,7 +4,6 @@
 #include "problems/import/channel_row.h"
 #include "problems/import/formats/csv_table.h"
 #include "problems/import/formats/open_recording.h"
-#include "problems/import/formats/text_tables.h"
 #include "tests/fuzz/fuzz_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

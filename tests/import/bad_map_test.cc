@@ -1,7 +1,7 @@
 // Errors in maps and foreign files name the place and the remedy.
 #include <gmock/gmock.h>
 
-#include "problems/import/read_fixes_from_mocap.h"
+#include "problems/import/import_map.h"
 #include "tests/import/import_files.h"
 
 namespace trueline {

@@ -5,9 +5,9 @@
 
 #include <cmath>
 
+#include "problems/import/convert.h"
 #include "problems/import/find_map.h"
 #include "problems/import/formats/csv_table.h"
-#include "problems/import/resolve_channels.h"
 #include "tests/import/import_files.h"
 
 namespace trueline {

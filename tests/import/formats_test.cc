@@ -4,10 +4,9 @@
 
 #include <cstring>
 
-#include "problems/import/formats/blackbox_frame.h"
+#include "problems/import/formats/blackbox_header.h"
 #include "problems/import/formats/open_recording.h"
 #include "problems/import/formats/ros_decoder.h"
-#include "problems/import/formats/ros_types.h"
 #include "tests/import/import_files.h"
 #include "tests/import/mcap_writer.h"
 

@@ -6,9 +6,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "problems/import/convert.h"
 #include "problems/import/find_map.h"
 #include "problems/import/formats/open_recording.h"
-#include "problems/import/resolve_channels.h"
 #include "problems/log/csv_text.h"
 #include "tests/import/import_files.h"
 

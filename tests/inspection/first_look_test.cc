@@ -8,9 +8,9 @@
 #include <cmath>
 
 #include "problems/common/units.h"
-#include "problems/inspection/align_mocap.h"
+#include "problems/inspection/excerpt.h"
 #include "problems/inspection/inspection.h"
-#include "problems/inspection/same_recording.h"
+#include "problems/inspection/settle_proposal.h"
 #include "problems/log/native_log.h"
 #include "tests/common/test_files.h"
 #include "tests/simulation/short_flight.h"

@@ -1,9 +1,9 @@
 // Rows that a tracker writes while it does not see the vehicle.
-#include "problems/inspection/lost_track.h"
-
 #include <gmock/gmock.h>
 
 #include <cmath>
+
+#include "problems/inspection/stuck.h"
 
 namespace trueline {
 namespace {

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <random>
 
+#include "problems/inspection/excerpt.h"
 #include "problems/inspection/motion.h"
-#include "problems/inspection/spectrum.h"
 #include "problems/inspection/stream_health.h"
 #include "problems/inspection/vector_match.h"
 
@@ -231,6 +231,23 @@ TEST(StreamHealth, FindsRotorsThatAreTooSlow) {
   EXPECT_THAT(NamesOfFindings(TwoRotors(50.0)), testing::IsEmpty());
   EXPECT_THAT(NamesOfFindings(TwoRotors(10.0)),
               testing::ElementsAre("biases rotors_slow of rotors"));
+}
+
+TEST(Excerpt, HoldsEveryStreamBetweenTheStamps) {
+  FlightLog log;
+  std::size_t streams = 0;
+  ForEachStream(log, [&](const Stream&, auto& samples) {
+    samples.resize(4);
+    for (std::size_t i = 0; i < 4; ++i) samples[i].t = FromSeconds(static_cast<double>(i));
+    ++streams;
+  });
+  const FlightLog part = PartOf(log, FromSeconds(1.0), FromSeconds(2.0));
+  ForEachStream(part, [&](const Stream& stream, const auto& samples) {
+    ASSERT_EQ(samples.size(), 2U) << stream.name;
+    EXPECT_EQ(samples.front().t, FromSeconds(1.0)) << stream.name;
+    --streams;
+  });
+  EXPECT_EQ(streams, 0U);
 }
 
 }  // namespace

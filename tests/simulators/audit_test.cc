@@ -8,9 +8,8 @@
 #include <regex>
 #include <set>
 
-#include "problems/simulators/describe_audit.h"
 #include "problems/simulators/export_vehicle.h"
-#include "problems/simulators/first_fit.h"
+#include "problems/simulators/flight_estimate.h"
 #include "tests/common/test_files.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 #include "tests/simulators/shaky_flight.h"

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "problems/simulators/check_vehicle.h"
+#include "problems/simulators/audit.h"
 #include "problems/simulators/export_vehicle.h"
 #include "problems/simulators/vehicle_replay.h"
 #include "tests/common/test_files.h"

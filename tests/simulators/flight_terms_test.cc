@@ -1,11 +1,9 @@
 // Mistakes in a simulator's equations: logs that are flown with them show the term, its size and
 // its sign, whatever the file says.
-#include "problems/simulators/flight_terms.h"
-
 #include <gtest/gtest.h>
 
 #include "problems/simulators/audit.h"
-#include "problems/simulators/describe_audit.h"
+#include "problems/simulators/flight_estimate.h"
 #include "tests/simulators/shaky_flight.h"
 
 namespace trueline {

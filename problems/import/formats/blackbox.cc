@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "problems/import/formats/blackbox_frame.h"
 #include "problems/import/formats/blackbox_header.h"
 #include "problems/import/formats/bytes.h"
 #include "problems/import/formats/open_recording.h"

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "problems/import/formats/bytes.h"
 #include "problems/import/formats/recording.h"
 
 namespace trueline {
@@ -59,5 +60,26 @@ std::vector<BlackboxDerived> DerivedBlackboxFields(const BlackboxHeader& header)
 // fields. In main frames (`frame` I), gyro[k] (deg/s), accel[k] (g), throttle[k] (0 to 1), rotor[k]
 // (rad/s) and battery (V) follow from the raw integers by the header's settings.
 std::unique_ptr<MessageDecoder> MakeBlackboxDecoder(const BlackboxHeader& header, char frame);
+
+// Encodings and predictors of Betaflight blackbox frames ("Blackbox Internals").
+
+using BlackboxValues = std::vector<std::int64_t>;
+
+// What predictors refer to.
+struct BlackboxHistory {
+  const BlackboxValues* previous = nullptr;   // main frames before
+  const BlackboxValues* previous2 = nullptr;  // and before that
+  std::uint32_t skipped = 0;                  // iterations not logged since the last main frame
+  std::int64_t home[2] = {0, 0};
+  std::int64_t main_time = 0;  // us, of the last main frame
+};
+
+// The numbers of the frame at the cursor, after its letter. The cursor's ok() turns false where the
+// data end first.
+void DecodeBlackboxFrame(const BlackboxHeader& header, char frame, const BlackboxHistory& history,
+                         ByteCursor* cursor, BlackboxValues* values);
+
+std::uint32_t ReadBlackboxUnsigned(ByteCursor* cursor);  // 7 bits a byte, low first
+std::int32_t ReadBlackboxSigned(ByteCursor* cursor);     // the same in zigzag
 
 }  // namespace trueline

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -29,19 +30,13 @@ struct TimeColumns {
 
 // What the first lines of a CSV file show. A column without a name has its number from 1 as its
 // name. Names are ignored where there are more or fewer than columns.
-struct CsvLayout {
-  CsvSeparators separators;
-  int skip_lines = 0;       // comments and other lines of a head, before names or rows
-  bool header = true;       // a line of names follows
-  bool units_line = false;  // and below that one of units, as "s,m/s^2"
+struct CsvLayout : CsvDialect {
   std::vector<std::string> columns;
   std::vector<std::string> units;  // of the columns, without brackets; empty if no line states them
   bool has_made_names = false;  // by several lines of the head, or by a known layout without names
   std::optional<TimeColumns> time;
   std::string time_problem;  // empty, or why a column that is named as a time is not one
   std::string warning;       // empty, or why the names are not used
-
-  int LinesBeforeRows() const { return skip_lines + (header ? 1 : 0) + (units_line ? 1 : 0); }
 };
 
 // Of the columns of `which`: the stamp of measurement before those of arrival; by the names, if
@@ -82,5 +77,39 @@ class TableDecoder : public MessageDecoder {
 
 // The channel `rows`; records have time 0 where no time column is found.
 void WalkCsv(const std::filesystem::path& path, MessageSink* sink);
+
+// Logs of lines of numbers: ASL (EuRoC) folders and TUM trajectories.
+
+// Channels are the sensors, each a folder with data.csv, of `path` or `path`/mav0.
+void WalkAsl(const std::filesystem::path& path, MessageSink* sink);
+bool IsAsl(const std::filesystem::path& folder);
+
+// The channel `trajectory`: t, tx, ty, tz, qx, qy, qz, qw.
+void WalkTum(const std::filesystem::path& path, MessageSink* sink);
+
+// Whether the first lines, comments apart, have 8 numbers with blanks between, of which the first
+// rises and the last four are quaternions of norm 1; one row in ten may be damaged.
+bool IsTum(std::string_view start);
+// Whether they have 12 numbers, of which nine are rotations.
+bool IsKitti(std::string_view start);
+// Why a text with as many numbers a line is neither; empty for any other text.
+std::string WhyNoTrajectory(const std::filesystem::path& path);
+
+// Tables of text that converters write of recordings: one file or several, each with the columns of
+// one topic or of several.
+
+inline constexpr char kTablesFormat[] = "tables";
+
+// The tables as a recording of the format that their names are of (ulog2csv, PlotJuggler: "ulog" or
+// "ros2"; mavlogdump: "dataflash"; Blackbox Explorer and blackbox_decode: "blackbox"; cfclient:
+// "crazyflie"), so that the map of that format reads them; else of the format "tables", with a
+// channel for each file or topic.
+std::unique_ptr<Recording> OpenTables(const std::vector<std::string>& files);
+
+// What a recording of several files is named by; SplitPaths() gives them back.
+std::string JoinPaths(const std::vector<std::string>& files);
+
+// `files`, with those of a folder in its place where it holds tables.
+std::vector<std::string> TablesIn(const std::vector<std::string>& files);
 
 }  // namespace trueline

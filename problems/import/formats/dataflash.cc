@@ -5,17 +5,113 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
-#include "problems/import/formats/dataflash_types.h"
 #include "problems/import/formats/open_recording.h"
+#include "problems/import/formats/recording.h"
 #include "problems/log/csv_text.h"
 #include "problems/log/text_file.h"
 #include "problems/log/unpacked.h"
 
 namespace trueline {
 namespace {
+
+// Message types of a DataFlash log, as its FMT records define them.
+
+constexpr std::size_t kFlashShorts = 32;  // of letter 'a'
+
+// A letter of a format that stands for one number.
+struct FlashLetter {
+  char letter;
+  Scalar type;
+  double scale = 1.0;
+};
+const FlashLetter kFlashLetters[] = {
+    {'b', Scalar::kI8},        {'B', Scalar::kU8},        {'M', Scalar::kU8},
+    {'h', Scalar::kI16},       {'H', Scalar::kU16},       {'i', Scalar::kI32},
+    {'I', Scalar::kU32},       {'q', Scalar::kI64},       {'Q', Scalar::kU64},
+    {'f', Scalar::kF32},       {'d', Scalar::kF64},       {'g', Scalar::kF16},
+    {'c', Scalar::kI16, 0.01}, {'C', Scalar::kU16, 0.01}, {'e', Scalar::kI32, 0.01},
+    {'E', Scalar::kU32, 0.01}, {'L', Scalar::kI32, 1e-7}};
+
+// Null for texts and lists.
+const FlashLetter* LetterOf(char letter) {
+  const auto* found = std::ranges::find(kFlashLetters, letter, &FlashLetter::letter);
+  return found == std::end(kFlashLetters) ? nullptr : found;
+}
+
+// Bytes; 0 if the letter stands for no text.
+std::size_t FlashTextSize(char letter) {
+  return letter == 'n' ? 4 : letter == 'N' ? 16 : letter == 'Z' ? 64 : 0;
+}
+
+std::size_t LetterSize(char letter) {
+  if (letter == 'a') return 2 * kFlashShorts;
+  const FlashLetter* known = LetterOf(letter);
+  return known == nullptr ? FlashTextSize(letter) : SizeOf(known->type);
+}
+
+// To the first zero.
+std::string FlashText(std::string_view bytes) {
+  return std::string(bytes.substr(0, bytes.find('\0')));
+}
+
+struct FlashColumn {
+  std::string name;
+  char letter;
+  std::size_t offset;  // in the record, bytes
+};
+
+struct FlashType {
+  std::string name;
+  std::size_t length = 0;  // of a record, with its three bytes of header
+  std::vector<FlashColumn> columns;
+  std::string units, multipliers;  // a letter for each column
+  int instance_column = -1;        // tells sensors apart
+  int time_column = -1;
+  std::map<int, std::size_t> channels;  // by instance
+
+  const FlashColumn* Find(std::string_view column) const {
+    const auto found = std::ranges::find(columns, column, &FlashColumn::name);
+    return found == columns.end() ? nullptr : &*found;
+  }
+};
+
+bool TellsSensorsApart(const FlashType& type, const FlashColumn& column) {
+  if (column.letter != 'B') return false;
+  const bool core = type.name.starts_with("XK") || type.name.starts_with("NK");
+  return column.name == "I" || column.name == "Inst" || column.name == "Instance" ||
+         (core && column.name == "C");
+}
+
+// The type that an FMT record defines. False if its columns do not fit its length.
+bool ParseFmt(std::string_view record, FlashType* type) {
+  ByteCursor cursor(record.substr(4));
+  type->length = cursor.Get<std::uint8_t>();
+  type->name = FlashText(cursor.Bytes(4));
+  const std::string letters = FlashText(cursor.Bytes(16));
+  std::size_t offset = 3;
+  std::string rest = FlashText(cursor.Bytes(64));
+  for (const char letter : letters) {
+    const std::size_t comma = rest.find(',');
+    if (LetterSize(letter) == 0) return false;
+    type->columns.push_back({rest.substr(0, comma), letter, offset});
+    rest = comma == std::string::npos ? "" : rest.substr(comma + 1);
+    offset += LetterSize(letter);
+  }
+  for (std::size_t i = 0; i < type->columns.size(); ++i) {
+    const FlashColumn& column = type->columns[i];
+    if (TellsSensorsApart(*type, column)) type->instance_column = static_cast<int>(i);
+    const bool is_time = column.name == "TimeUS" || column.name == "TimeMS";
+    if (is_time && i == 0 && LetterOf(column.letter) != nullptr) type->time_column = 0;
+  }
+  return offset == type->length;
+}
 
 constexpr std::string_view kRecordMagic("\xA3\x95", 2);
 constexpr std::uint8_t kFmtType = 128;

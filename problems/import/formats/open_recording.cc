@@ -8,8 +8,6 @@
 #include "problems/import/formats/blackbox_header.h"
 #include "problems/import/formats/bytes.h"
 #include "problems/import/formats/csv_table.h"
-#include "problems/import/formats/tables.h"
-#include "problems/import/formats/text_tables.h"
 #include "problems/log/csv_text.h"
 #include "problems/log/text_file.h"
 #include "problems/log/unpacked.h"

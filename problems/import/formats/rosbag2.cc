@@ -9,7 +9,6 @@
 #include "problems/import/formats/bytes.h"
 #include "problems/import/formats/open_recording.h"
 #include "problems/import/formats/ros_decoder.h"
-#include "problems/import/formats/ros_types.h"
 #include "problems/log/decompress.h"
 #include "problems/log/unpacked.h"
 

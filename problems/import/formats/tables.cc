@@ -1,5 +1,3 @@
-#include "problems/import/formats/tables.h"
-
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -22,41 +20,15 @@ namespace fs = std::filesystem;
 using Texts = std::vector<std::string>;
 
 // Paths of fields within the messages of ROS, by which a topic's name ends before them.
-constexpr auto kRosFields = std::to_array<std::string_view>({
-    "header.stamp",
-    "header.seq",
-    "header.frame_id",
-    "angular_velocity",
-    "linear_acceleration",
-    "angular_velocity_covariance",
-    "linear_acceleration_covariance",
-    "orientation_covariance",
-    "orientation",
-    "pose.pose.position",
-    "pose.pose.orientation",
-    "pose.covariance",
-    "pose.position",
-    "pose.orientation",
-    "transform.translation",
-    "transform.rotation",
-    "twist.twist.linear",
-    "twist.twist.angular",
-    "twist.covariance",
-    "twist.linear",
-    "twist.angular",
-    "position_covariance",
-    "latitude",
-    "longitude",
-    "altitude",
-    "status.status",
-    "voltage",
-    "percentage",
-    "motor_speed",
-    "angular_velocities",
-    "position",
-    "point",
-    "vector",
-});
+const Texts kRosFields = SplitList(
+    "header.stamp header.seq header.frame_id angular_velocity linear_acceleration "
+    "angular_velocity_covariance linear_acceleration_covariance orientation_covariance "
+    "orientation pose.pose.position pose.pose.orientation pose.covariance pose.position "
+    "pose.orientation transform.translation transform.rotation twist.twist.linear "
+    "twist.twist.angular twist.covariance twist.linear twist.angular position_covariance "
+    "latitude longitude altitude status.status voltage percentage motor_speed "
+    "angular_velocities position point vector",
+    ' ');
 
 // A type of message by fields that no other type has together.
 struct RosShape {
@@ -77,27 +49,13 @@ constexpr auto kRosShapes = std::to_array<RosShape>({
 });
 
 // Topics of PX4 that a file's name ends with.
-constexpr auto kPx4Topics = std::to_array<std::string_view>({
-    "sensor_combined",
-    "vehicle_attitude",
-    "vehicle_gps_position",
-    "sensor_gps",
-    "vehicle_visual_odometry",
-    "vehicle_mocap_odometry",
-    "estimator_visual_odometry_aligned",
-    "vehicle_local_position",
-    "vehicle_attitude_groundtruth",
-    "actuator_motors",
-    "vehicle_local_position_groundtruth",
-    "actuator_outputs",
-    "battery_status",
-    "distance_sensor",
-    "esc_status",
-    "sensor_accel",
-    "sensor_gyro",
-    "vehicle_acceleration",
-    "vehicle_angular_velocity",
-});
+constexpr auto kPx4Topics = std::to_array<std::string_view>(
+    {"sensor_combined", "vehicle_attitude", "vehicle_gps_position", "sensor_gps",
+     "vehicle_visual_odometry", "vehicle_mocap_odometry", "estimator_visual_odometry_aligned",
+     "vehicle_local_position", "vehicle_attitude_groundtruth", "actuator_motors",
+     "vehicle_local_position_groundtruth", "actuator_outputs", "battery_status", "distance_sensor",
+     "esc_status", "sensor_accel", "sensor_gyro", "vehicle_acceleration",
+     "vehicle_angular_velocity"});
 
 struct TableChannel {
   std::string name, type;
@@ -169,7 +127,7 @@ Placed PlaceOf(const std::string& name) {
   for (std::size_t at = 0; at != std::string::npos && at < dotted.size();) {
     const std::string_view rest = std::string_view(dotted).substr(at);
     const bool is_field = std::any_of(kRosFields.begin(), kRosFields.end(),
-                                      [&](std::string_view f) { return StartsField(rest, f); });
+                                      [&](const std::string& f) { return StartsField(rest, f); });
     if (is_field) {
       std::string topic = name.substr(0, at > 0 ? at - 1 : 0);
       if (topic == "field") topic.clear();  // of rostopic echo -p

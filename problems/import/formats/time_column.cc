@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "problems/import/formats/csv_table.h"
 #include "problems/log/csv_text.h"
@@ -132,44 +133,27 @@ bool IsStepOfLog(double step, int exponent) {
   return seconds > 2e-5 && seconds < 1.5;
 }
 
-// Units of time by name, as powers of ten of a nanosecond; below zero: one that is not read.
+// Units of time by their names, as powers of ten of a nanosecond; below zero: ones that are not
+// read.
 constexpr int kUnreadUnit = -1;
-constexpr auto kTimeUnits =
-    std::to_array<std::pair<std::string_view, int>>({{"ns", 0},
-                                                     {"nsec", 0},
-                                                     {"nanos", 0},
-                                                     {"nanoseconds", 0},
-                                                     {"us", 3},
-                                                     {"usec", 3},
-                                                     {"micros", 3},
-                                                     {"microseconds", 3},
-                                                     {"timeus", 3},
-                                                     {"ms", 6},
-                                                     {"msec", 6},
-                                                     {"millis", 6},
-                                                     {"milliseconds", 6},
-                                                     {"timems", 6},
-                                                     {"s", 9},
-                                                     {"sec", 9},
-                                                     {"secs", 9},
-                                                     {"seconds", 9},
-                                                     {"min", kUnreadUnit},
-                                                     {"minutes", kUnreadUnit},
-                                                     {"h", kUnreadUnit},
-                                                     {"hours", kUnreadUnit},
-                                                     {"ticks", kUnreadUnit}});
+const std::map<int, std::vector<std::string>> kTimeUnits = {
+    {0, {"ns", "nsec", "nanos", "nanoseconds"}},
+    {3, {"us", "usec", "micros", "microseconds", "timeus"}},
+    {6, {"ms", "msec", "millis", "milliseconds", "timems"}},
+    {9, {"s", "sec", "secs", "seconds"}},
+    {kUnreadUnit, {"min", "minutes", "h", "hours", "ticks"}}};
 
-// The unit that a column's name ends in.
+// The unit that a column's name ends in: "_ms", "[ms]", "(ms)", or a long one in any way.
 std::optional<int> StatedExponent(const std::string& column, const std::string& stated) {
   const std::string name = LowerCase(column);
-  for (const auto& [unit, exponent] : kTimeUnits) {
-    const bool is_stated = stated == unit || name.ends_with(fmt::format("_{}", unit)) ||
-                           name.ends_with(fmt::format("[{}]", unit)) ||
-                           name.ends_with(fmt::format("({})", unit));
-    if (is_stated) return exponent;
-  }
-  for (const auto& [unit, exponent] : kTimeUnits) {
-    if (unit.size() > 4 && name.ends_with(unit)) return exponent;
+  for (const bool whole : {true, false}) {
+    for (const auto& [exponent, units] : kTimeUnits) {
+      for (const std::string& unit : units) {
+        const bool is_stated = stated == unit || name.ends_with("_" + unit) ||
+                               name.ends_with("[" + unit + "]") || name.ends_with("(" + unit + ")");
+        if (whole ? is_stated : unit.size() > 4 && name.ends_with(unit)) return exponent;
+      }
+    }
   }
   return std::nullopt;
 }

@@ -1,14 +1,231 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
 #include "problems/import/formats/open_recording.h"
-#include "problems/import/formats/ulog_topics.h"
 
 namespace trueline {
 namespace {
+
+// What ULog's topics hold: where their fields lie in a message, and what motor outputs mean.
+
+struct ULogField {
+  std::string type, name;
+  std::size_t count = 0;  // of an array; 0 for a single value
+};
+
+using ULogFormats = std::map<std::string, std::vector<ULogField>, std::less<>>;
+
+// What PX4's topic actuator_outputs holds: pulses of PWM in us, or values of DShot, or of CAN.
+
+inline constexpr std::string_view kULogOutputs = "actuator_outputs";
+
+constexpr std::size_t kMaxFields = 16384;       // of one topic; a larger definition is damaged
+constexpr std::size_t kMaxULogMessage = 65535;  // bytes
+constexpr std::size_t kMaxSteps = 1 << 17;      // of one topic; types without fields cost no bytes
+constexpr int kMaxNesting = 16;
+
+const std::map<std::string, Scalar, std::less<>> kULogScalars = {
+    {"int8_t", Scalar::kI8},    {"uint8_t", Scalar::kU8},   {"int16_t", Scalar::kI16},
+    {"uint16_t", Scalar::kU16}, {"int32_t", Scalar::kI32},  {"uint32_t", Scalar::kU32},
+    {"int64_t", Scalar::kI64},  {"uint64_t", Scalar::kU64}, {"float", Scalar::kF32},
+    {"double", Scalar::kF64},   {"bool", Scalar::kU8}};
+
+// "type[n] name" or "type name".
+bool ParseULogField(std::string_view text, ULogField* field) {
+  const std::size_t space = text.find(' ');
+  if (space == std::string_view::npos) return false;
+  std::string_view type = text.substr(0, space);
+  field->name = text.substr(space + 1);
+  const std::size_t bracket = type.find('[');
+  field->type = type.substr(0, bracket);
+  if (bracket == std::string_view::npos) return true;
+  const char* end = type.data() + type.size();
+  const auto [stop, error] = std::from_chars(type.data() + bracket + 1, end, field->count);
+  return error == std::errc() && stop + 1 == end && *stop == ']' && field->count > 0;
+}
+
+// Adds a definition, "name:type field;type[n] field;...". False if it is malformed.
+bool ParseULogFormat(std::string_view text, ULogFormats* formats) {
+  const std::size_t colon = text.find(':');
+  if (colon == std::string_view::npos) return false;
+  std::vector<ULogField> fields;
+  ByteCursor rest(text.substr(colon + 1));
+  while (rest.left() > 0) {
+    const std::string_view part = rest.Until(';');
+    ULogField field;
+    if (!rest.ok() || !ParseULogField(part, &field)) return false;
+    fields.push_back(field);
+  }
+  (*formats)[std::string(text.substr(0, colon))] = std::move(fields);
+  return true;
+}
+
+// Lays out the fields of a type one after another, nested types in place.
+class ULogLayout {
+ public:
+  // `formats` must outlive this. The fields must fit into `room` bytes: so a file can't demand more
+  // memory by its definitions than its messages have.
+  ULogLayout(const ULogFormats& formats, std::size_t room) : formats_(formats), room_(room) {}
+
+  // False if a type is not defined, nests too deeply or does not fit.
+  bool Add(std::string_view type, const std::string& prefix, int depth = 0) {
+    const auto format = formats_.find(type);
+    if (format == formats_.end() || depth > kMaxNesting) return false;
+    for (const ULogField& field : format->second) {
+      for (std::size_t i = 0; i < std::max<std::size_t>(1, field.count); ++i) {
+        const std::string name =
+            prefix + field.name + (field.count > 0 ? fmt::format("[{}]", i) : "");
+        if (!AddOne(field.type, name, depth)) return false;
+      }
+    }
+    return true;
+  }
+
+  std::vector<PackedField> fields;
+  std::size_t size = 0;      // bytes, with padding
+  std::size_t min_size = 0;  // without padding at the end
+  bool too_large = false;    // for the room: the type may fit into a longer message
+
+ private:
+  bool AddOne(const std::string& type, const std::string& name, int depth) {
+    if (++steps_ > kMaxSteps) return false;
+    if (const auto scalar = kULogScalars.find(type); scalar != kULogScalars.end()) {
+      const bool padding = name.find("_padding") != std::string::npos;
+      if (!padding) fields.push_back({name, size, scalar->second});
+      size += SizeOf(scalar->second);
+      if (!padding) min_size = size;
+      return Fits();
+    }
+    if (type == "char") {
+      min_size = ++size;
+      return Fits();
+    }
+    return Add(type, name + ".", depth + 1);
+  }
+  bool Fits() {
+    too_large = min_size > room_;
+    return !too_large && fields.size() <= kMaxFields && size <= kMaxULogMessage;
+  }
+
+  const ULogFormats& formats_;
+  std::size_t room_;
+  std::size_t steps_ = 0;  // fields visited, those without bytes too
+};
+
+constexpr double kShortestPulse = 800.0, kLongestPulse = 2200.0;  // us
+constexpr double kFullDshot = 1999.0;
+constexpr std::size_t kMotors = 4;  // the outputs that the map reads as motors
+
+// NaN beyond the message's end.
+double OutputAt(std::string_view message, std::size_t offset, std::size_t k) {
+  const std::size_t place = offset + k * SizeOf(Scalar::kF32);
+  if (place + SizeOf(Scalar::kF32) > message.size()) return std::nan("");
+  return ReadScalar(Scalar::kF32, message.data() + place).Number();
+}
+
+// Zero is an output that is not used.
+bool IsNoPulse(double output) {
+  return (output > 0.0 && output < kShortestPulse) || output > kLongestPulse;
+}
+
+// PX4 before 1.14 has one parameter, which states the rate; 1.13 on has one for each group of
+// timers, of which -5 to -2 are DShot150 to DShot1200.
+bool SetsDshot(std::string_view name, std::int32_t value) {
+  const bool of_timers = name.starts_with("PWM_") && name.find("_TIM") != std::string_view::npos;
+  return (name == "DSHOT_CONFIG" && value > 0) || (of_timers && value >= -5 && value <= -2);
+}
+
+// DShot values are 0 (disarmed) or 1 to 1999 and would pass for short pulses of PWM. A log says by
+// its parameters that an output is DShot, but not which of two drivers' outputs: the first message
+// tells them apart, as PWM has no pulse below 800 us.
+class ULogOutputs {
+ public:
+  // A parameter's record: whether it sets outputs to DShot.
+  void AddParameter(std::string_view payload) {
+    constexpr std::string_view kWhole = "int32_t ";
+    ByteCursor cursor(payload);
+    const std::string_view key = cursor.Bytes(cursor.Get<std::uint8_t>());
+    const auto value = cursor.Get<std::int32_t>();
+    if (!cursor.ok() || !key.starts_with(kWhole)) return;
+    dshot_ |= SetsDshot(key.substr(kWhole.size()), value);
+  }
+  // Adds to a topic whose outputs are DShot a field dshot[k], 0 to 1, for each output[k].
+  void Describe(std::uint16_t topic, const std::string& label, std::string_view first_message,
+                std::vector<PackedField>* fields) {
+    std::vector<PackedField> outputs;
+    for (const PackedField& field : *fields) {
+      if (field.name.starts_with("output[") && field.type == Scalar::kF32) outputs.push_back(field);
+    }
+    if (outputs.size() < kMotors) return;
+    Outputs& found = topics_[topic];
+    found.label = label;
+    found.offset = outputs.front().offset;
+    found.first = OutputAt(first_message, found.offset, 0);
+    found.is_dshot = dshot_ && found.first < kShortestPulse;
+    if (!found.is_dshot) return;
+    for (const PackedField& output : outputs) {
+      fields->push_back({"dshot" + output.name.substr(std::string_view("output").size()),
+                         output.offset, output.type, "1", 1.0 / kFullDshot});
+    }
+  }
+  // Counts a message of a topic described before.
+  void AddMessage(std::uint16_t topic, std::string_view message) {
+    const auto found = topics_.find(topic);
+    if (found == topics_.end()) return;
+    Outputs& outputs = found->second;
+    ++outputs.messages;
+    for (std::size_t k = 0; k < kMotors; ++k) {
+      if (!IsNoPulse(OutputAt(message, outputs.offset, k))) continue;
+      ++outputs.no_pulse;
+      return;
+    }
+  }
+  // What can't be read as pulses, or may not be; empty where DShot was told.
+  std::vector<std::string> Warnings() const {
+    constexpr const char* kRemedy =
+        "for DShot give 'motors' in a map the columns output[0..3] with 'scale: 5.0025e-4' "
+        "(1 / 1999), without 'offset' and 'accept'; else leave 'motors' out";
+    std::vector<std::string> warnings;
+    for (const auto& [topic, outputs] : topics_) {
+      if (outputs.is_dshot) continue;
+      if (outputs.no_pulse > 0) {
+        warnings.push_back(fmt::format(
+            "{}: {} of {} messages hold values that are no PWM pulses of 800 to 2200 us, "
+            "so that motor commands read as such are wrong; {}",
+            outputs.label, outputs.no_pulse, outputs.messages, kRemedy));
+      } else if (dshot_) {
+        warnings.push_back(
+            fmt::format("{}: the parameters set DShot, but the first output is {:.5g}, so that all "
+                        "are read as PWM pulses (us); if they are DShot's, {}",
+                        outputs.label, outputs.first, kRemedy));
+      }
+    }
+    return warnings;
+  }
+
+ private:
+  struct Outputs {
+    std::string label;
+    std::size_t offset = 0;  // of output[0], bytes
+    bool is_dshot = false;
+    double first = 0.0;                      // output[0] of the first message
+    std::size_t messages = 0, no_pulse = 0;  // all, and those with a value that PWM has not
+  };
+
+  bool dshot_ = false;  // by the parameters
+  std::map<std::uint16_t, Outputs> topics_;
+};
 
 constexpr std::string_view kSyncRecord("\x08\x00\x53\x2f\x73\x13\x20\x25\x0c\xbb\x12", 11);
 constexpr std::size_t kHeaderSize = 16;
