@@ -21,9 +21,10 @@ namespace {
 
 using Complex = std::complex<double>;  // north + i east
 
-constexpr double kGainStep = 1.4;      // from one gain that is tried to the next
-constexpr double kSteadyForce = 0.15;  // m/s^2, prior sigma of b, each axis
-constexpr double kLeastNoise = 0.03;   // m/s, of a change of velocity
+constexpr double kGainStep = 1.4;                   // from one gain that is tried to the next
+constexpr double kSteadyForce = 0.15;               // m/s^2, prior sigma of b, each axis
+constexpr double kLeastNoise = 0.03;                // m/s, of a change of velocity
+constexpr double kHardlyUncertain = 5.0 * kDegree;  // of a heading, sigma
 constexpr std::size_t kLeastArcs = 8;
 constexpr int kAngles = 120;  // that are tried
 constexpr double kAngleStep = 2.0 * M_PI / kAngles;
@@ -482,7 +483,7 @@ void CheckHeading(Examination* e) {
     const auto heading = HeadingOf(e->fixed, stream, kOrdinaryGain);
     if (!heading) continue;
     const bool small = std::abs(heading->angle) < e->other_axes;
-    if (small && heading->sigma < kAbsorbedHeading) return;
+    if (small && heading->sigma < kHardlyUncertain) return;
     const auto any = HeadingOf(e->fixed, stream, kAnyGain);
     if (!any) continue;
     const HeadingPair pair{*heading, *any};

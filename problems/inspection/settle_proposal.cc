@@ -139,7 +139,7 @@ constexpr double kOrdinaryLag = 0.004;  // s
 
 std::optional<VectorMatch> MocapAgainstForce(const FlightLog& log) {
   if (log.mocap.empty() || log.attitude.empty()) return std::nullopt;
-  return MatchBends(log, log.attitude, BendsOfStream(log, "mocap"), {kNearLag});
+  return MatchBends(log, log.attitude, BendsOfStream(log, "mocap"), {kNearLag, kFineStep});
 }
 
 // Mocap of positions alone has the logged attitude in place of one of its own.
