@@ -314,7 +314,11 @@ bool IsSameBody(const BodyPart& a, const BodyPart& b) {
 // How well turn rates agree with those of the gyroscope as stamped, by any body axes; at most 1.
 double AgreementOf(const FlightLog& log, const std::vector<PoseSample>& poses) {
   const auto turns = TurnsOf(AttitudesOf(poses), LogClock(log), kMostPairs);
-  return Correlation(SumOf(RatePairs(GyroIntegral(log), turns, false)(0.0)));
+  const VectorSums sum = SumOf(RatePairs(GyroIntegral(log), turns, false)(0.0));
+  if (!(sum.seen2 > 0.0 && sum.sure2 > 0.0)) return 0.0;
+  // A mean rate counts as well, other than in a correlation: a vehicle may go on turning.
+  return Eigen::JacobiSVD<Eigen::Matrix3d>(sum.cross).singularValues().sum() /
+         std::sqrt(sum.seen2 * sum.sure2);
 }
 
 // Parts in other body axes than those of most rows, where the gyroscope shows that they are: a

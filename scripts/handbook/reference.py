@@ -186,7 +186,7 @@ def terms(_, __):
 
 
 def map_keys(_, __):
-    header = (ROOT / "problems/import/import_map.h").read_text()
+    header = (ROOT / "problems/import/import_map.h").read_text().split("\nnamespace ")[0]
     block = "\n".join(line[2:].removeprefix(" ") for line in header.splitlines()
                       if line.startswith("//"))
     names = set(re.findall(r"[a-z_]{2,}", block))
