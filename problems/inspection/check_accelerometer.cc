@@ -83,7 +83,7 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
 
 void AddBias(Examination* e, const Eigen::Vector3d& bias, const std::string& stream) {
   e->Add({"accelerometer_bias", "imu", Level::kBiases, bias.norm(), "m/s^2", bias.norm()},
-         fmt::format("the accelerometer reads ({:.2f}, {:.2f}, {:.2f}) m/s^2 too much, by the "
+         fmt::format("the accelerometer is off by ({:.2f}, {:.2f}, {:.2f}) m/s^2, by the "
                      "acceleration of {}",
                      -bias.x(), -bias.y(), -bias.z(), stream),
          "the calibration estimates it; a bias above 1 m/s^2 asks for a calibration of the "
@@ -227,15 +227,15 @@ std::optional<ShownAxes> BestAxes(const BodyForce& force, const Look& look) {
 }
 
 std::string ShareText(const LateralForce& fit, int row) {
-  return fmt::format("{}'s is {:+.2f} +- {:.2f} of x and {:+.2f} +- {:.2f} of y", "xy"[row],
+  return fmt::format("along {} it is {:+.2f} +- {:.2f} of x and {:+.2f} +- {:.2f} of y", "xy"[row],
                      fit.share(row, 0), fit.sigma(row, 0), fit.share(row, 1), fit.sigma(row, 1));
 }
 
 void AddExchange(Examination* e, const std::string& stream, const ShownAxes& shown) {
   AddAccelerometerAxes(
       e, shown.Turn(), kLateralForce,
-      fmt::format("the accelerometer's x and y are not the body's: by the acceleration of {}, of "
-                  "the force along the body's axes {}, {}",
+      fmt::format("the accelerometer's x and y are not the body's: the force that the acceleration "
+                  "of {} shows is another mixture of its readings, {}, {}",
                   stream, ShareText(shown.fit, 0), ShareText(shown.fit, 1)));
 }
 

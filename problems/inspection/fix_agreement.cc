@@ -140,7 +140,7 @@ void NoteGate(Examination* e, int gate, const Eigen::Vector3d& apart) {
                      "those of other "
                      "gates; they are not compared with other streams",
                      gate, apart.x(), apart.y(), apart.z()),
-         "check this gate's place on the map; trueline-diagnose tells more");
+         "check this gate's place on the map; trueline diagnose tells more");
 }
 
 // Whether a change brings the fixes nearer to mocap; before and after it, one for one those of
