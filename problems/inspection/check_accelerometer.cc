@@ -184,7 +184,7 @@ std::vector<Look> LooksAt(const Examination& e, const std::string& stream) {
 Eigen::RowVector2d ShownAxis(const LateralForce& fit, int row) {
   for (int k = 0; k < 2; ++k) {
     const double share = fit.share(row, k), other = fit.share(row, 1 - k);
-    if (std::abs(share) < std::max(kMost, kShown * fit.sigma(row, k))) continue;
+    if (std::abs(share) < std::max(kMajority, kShown * fit.sigma(row, k))) continue;
     if (std::abs(other) < 0.5 * std::abs(share)) {
       return std::copysign(1.0, share) * Eigen::RowVector2d::Unit(k);
     }

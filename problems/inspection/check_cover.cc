@@ -136,8 +136,8 @@ void CheckCover(Examination* e) {
   };
   check(e->log.attitude, "attitude", kMostly);
   check(e->log.fixes, "fixes", 0.0);
-  check(e->log.mocap, "mocap", kMost);
-  check(e->log.pose, "pose", kMost);
+  check(e->log.mocap, "mocap", kMajority);
+  check(e->log.pose, "pose", kMajority);
   check(e->log.rotors, "rotors", 0.0);
   check(e->log.motors, "motors", 0.0);
   const auto missing = e->log.rotors.empty() ? MissingAttitude(e->log) : std::nullopt;

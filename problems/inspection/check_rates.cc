@@ -211,7 +211,7 @@ std::string NotShown(const VectorMatch& match) {
 }
 
 void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& match) {
-  if (match.seen_rms < 4.0 * kLeastRate || match.correlation >= kMost) return;
+  if (match.seen_rms < 4.0 * kLeastRate || match.correlation >= kMajority) return;
   e->Add(
       {"rates_disagree", stream, Level::kFatal, match.correlation, "1", e->log.gravity},
       fmt::format("{}.csv turns by {:.2f} rad/s (rms), and no lag within 5 s, no rotation and no "

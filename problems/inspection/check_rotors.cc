@@ -100,7 +100,7 @@ BestOrder FindOrder(const RotorLayout& layout, const Eigen::Matrix3Xd& stated) {
   const auto& best = orders[static_cast<std::size_t>(most - explained.begin())];
   BestOrder found{TryOrder(*layout.all, stated, best), 0};
   for (std::size_t k = 0; k < orders.size(); ++k) {
-    if (*most - explained[k] > kMost || orders[k] == best) continue;
+    if (*most - explained[k] > kMajority || orders[k] == best) continue;
     found.alike += !IsBetter(layout, stated, best, orders[k], kLikely);
   }
   return found;

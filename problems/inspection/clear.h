@@ -18,7 +18,7 @@ inline constexpr double kClearly = 0.02;  // by which one is better than another
 inline constexpr double kHardly = 0.05;  // as good as none
 inline constexpr double kNotable = 0.25;
 inline constexpr double kLittle = 0.3;
-inline constexpr double kMost = 0.5;
+inline constexpr double kMajority = 0.5;
 inline constexpr double kMostly = 0.8;  // ... all of it, but for the ends
 
 // Ratios of what two explanations leave.

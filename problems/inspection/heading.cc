@@ -292,7 +292,7 @@ std::optional<Heading> HeadingBySpans(const std::vector<Span>& spans, double gai
     profile = ProfileOf(sums, noise, gain_sigma);
   }
   const double left = profile.Best().left / sums.front().all;
-  if (!(left < kMost)) return std::nullopt;
+  if (!(left < kMajority)) return std::nullopt;
   std::vector<double> without;
   for (std::size_t block = 0; block < kBlocks; ++block) {
     const auto part = ProfileOf(SumsOfGains(arcs, missed, block), noise, gain_sigma);
