@@ -58,7 +58,7 @@ TEST(UnmodelledWind, SlowConstantsThatItMovesMakeTheVerdictPoor) {
   EXPECT_EQ(judged.calibration.verdict.word, "poor");
   EXPECT_THAT(judged.calibration.verdict.reasons,
               Contains(testing::AllOf(HasSubstr("shows a wind of"), HasSubstr("theta_I_B would be"),
-                                      HasSubstr("--model takes it"))));
+                                      HasSubstr("--model=RESULT/model.yaml takes it"))));
 }
 
 TEST(UnmodelledWind, SlowItsSizeAndTheConstantsWithItAreThoseOfTheFlight) {
