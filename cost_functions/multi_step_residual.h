@@ -4,8 +4,6 @@
 // wrong (fused_velocity.h).
 #pragma once
 
-#include <ceres/autodiff_cost_function.h>
-
 #include "cost_functions/models/window_prediction.h"
 
 namespace trueline {
@@ -32,21 +30,22 @@ class MultiStepResidual {
     // True: each 3-vector e becomes e / sqrt(|e|) (smooth at zero), so that the sum of squares is
     // the sum of norms, as the benchmark's mean absolute errors are.
     bool norms = true;
-    // The solver's numbers are multiples of these.
-    std::array<double, WindowPrediction::kCount> units = {};
   };
 
-  MultiStepResidual(const WindowPrediction& prediction, const PredictionWindow& window,
-                    const WindowTruth& truth, const Options& options)
-      : prediction_(prediction), window_(window), truth_(truth), options_(options) {}
+  MultiStepResidual(const WindowPrediction& prediction, const FreeNumbers& numbers,
+                    const PredictionWindow& window, const WindowTruth& truth,
+                    const Options& options)
+      : prediction_(prediction),
+        numbers_(numbers),
+        window_(window),
+        truth_(truth),
+        options_(options) {}
 
-  // x: WindowPrediction::kCount multiples of the units.
+  // x: the free numbers, one block.
   template <class T>
-  bool operator()(const T* x, T* residuals) const {
-    std::array<T, WindowPrediction::kCount> c;
-    for (std::size_t i = 0; i < c.size(); ++i) c[i] = x[i] * T(options_.units[i]);
+  bool operator()(T const* const* x, T* residuals) const {
     PredictedStates<T> states;
-    prediction_.Predict(c.data(), window_, &states);
+    prediction_.Predict(numbers_.At(x[0]).data(), window_, &states);
     for (std::size_t i = 0; i < WindowTruth::kHorizons.size(); ++i) {
       const PredictedState<T>& state = states[WindowTruth::kHorizons[i] - 1];
       const WindowTruth::State& truth = truth_.states[i];
@@ -85,6 +84,7 @@ class MultiStepResidual {
   }
 
   const WindowPrediction& prediction_;
+  const FreeNumbers& numbers_;
   const PredictionWindow& window_;
   const WindowTruth& truth_;
   Options options_;

@@ -1,75 +1,78 @@
 // Force and moment balance of one row of a flight: measured specific force and angular acceleration
-// against the rotor-by-rotor model.
+// against the rotor-driven model.
 #pragma once
 
-#include <ceres/autodiff_cost_function.h>
-
-#include "cost_functions/models/rotor_air.h"
+#include "cost_functions/models/fitted_rotors.h"
 
 namespace trueline {
 
 // What is measured at a row, in body axes (forward-left-up).
 struct WrenchRow {
-  double t = 0.0;                      // s
   Eigen::Vector3d v, w;                // m/s, rad/s
   Eigen::Vector3d specific_force, dw;  // m/s^2 at the measured point, rad/s^2
-  std::array<RotorMotion, 4> rotors;
+  RotorInput rotors;
 };
 
-// The arm from the centre of mass to the point whose motion was measured.
-inline constexpr RotorAirInfo kMeasuredPoint[] = {
-    {"r_m_x", "m", "measured point ahead of the centre of mass"},
-    {"r_m_y", "m", "measured point left of it"},
-    {"r_m_z", "m", "measured point above it"},
-};
-
-// Force [N]: m (a - dw x r - w x (w x r)) - F. Moment [N m]: I dw + w x I w - M. The moment's error
-// is one of the rotors' and the air's moment (gusts, wakes, errors of the speeds), not of the
-// angular acceleration, which is measured well: with the error on the other side, inertia would
-// come out too large wherever the controller cancels disturbances (regression dilution).
+// Force [N]: m (a - dw x r - w x (w x r)) - F, the measured point at r = r_BI - r_BM. Moment [N m]:
+// I dw + w x I w - M. The moment's error is one of the rotors' and the air's moment (gusts, wakes,
+// errors of the speeds), not of the angular acceleration, which is measured well: with the error on
+// the other side, inertia would come out too large wherever the controller cancels disturbances
+// (regression dilution).
 class WrenchResidual {
  public:
-  static constexpr int kPoint = RotorAir::kCount, kCount = kPoint + 3;
   struct Options {
     Eigen::Vector3d force_sigma{0.1, 0.1, 0.3};    // N
     Eigen::Vector3d moment_sigma{0.2, 0.2, 0.02};  // N m
-    std::array<double, kCount> units = {};         // the solver's numbers are multiples of these
+  };
+  template <class T>
+  struct Wrench {
+    Vec3<T> force, moment;  // N at the measured point, N m about the centre of mass
   };
 
-  WrenchResidual(const RotorAir& air, const WrenchRow& row, const Options& options)
-      : air_(air), row_(row), options_(options) {}
+  WrenchResidual(const FittedRotors& rotors, const FreeNumbers& numbers, const WrenchRow& row,
+                 const Options& options)
+      : rotors_(rotors), numbers_(numbers), row_(row), options_(options) {}
 
-  // Force [N] at the measured point and net moment of the model; c: kCount numbers.
+  // I dw + w x I w. `c`: numbers of FittedRotors.
   template <class T>
-  static RotorAirWrench<T> Predict(const RotorAir& air, const WrenchRow& row, const T* c) {
+  static Vec3<T> Moment(const T* c, const Vec3<T>& dw, const Vec3<T>& w) {
+    const T* inertia = c + FittedRotors::NumberOf(RotorDrivenModel::kInertia);
+    const Vec3<T> momentum(inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]);
+    return Vec3<T>(inertia[0] * dw[0], inertia[1] * dw[1], inertia[2] * dw[2]) + Cross(w, momentum);
+  }
+  // By the model.
+  template <class T>
+  static Wrench<T> Predict(const FittedRotors& rotors, const WrenchRow& row, const T* c) {
     const Vec3<T> v = row.v.cast<T>(), w = row.w.cast<T>(), dw = row.dw.cast<T>();
-    RotorAirWrench<T> wrench = air.WrenchOn(c, v, v, w, row.rotors.data());
-    const Vec3<T> arm(c[kPoint], c[kPoint + 1], c[kPoint + 2]);
+    const auto model = rotors.At(c, v, w, row.rotors);
+    const T* r_BM = c + FittedRotors::NumberOf(RotorDrivenModel::kCentre);
+    const T* r_BI = c + FittedRotors::NumberOf(RotorDrivenModel::kImuArm);
+    const Vec3<T> arm(r_BI[0] - r_BM[0], r_BM[1] - r_BI[1], r_BM[2] - r_BI[2]);
     const Vec3<T> extra = Cross(dw, arm) + Cross(w, Vec3<T>(Cross(w, arm)));
-    for (int i = 0; i < 3; ++i) wrench.force[i] += T(air.vehicle().mass) * extra[i];
-    return wrench;
+    const T& mass = c[FittedRotors::NumberOf(RotorDrivenModel::kMass)];
+    return {Vec3<T>(mass * (model.force[0] + extra[0]), mass * (model.force[1] + extra[1]),
+                    mass * (model.force[2] + extra[2])),
+            Moment(c, model.turn, w)};
   }
 
+  // x: the free numbers, one block.
   template <class T>
-  bool operator()(const T* x, T* residuals) const {
-    std::array<T, kCount> c;
-    for (int i = 0; i < kCount; ++i) c[i] = x[i] * T(options_.units[i]);
-    const RotorAirWrench<T> wrench = Predict(air_, row_, c.data());
-    const T* inertia = c.data() + RotorAir::kInertia;
-    const Vec3<T> w = row_.w.cast<T>();
-    const Vec3<T> momentum(inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]);
-    const Vec3<T> gyroscopic = Cross(w, momentum);
+  bool operator()(T const* const* x, T* residuals) const {
+    const std::vector<T> c = numbers_.At(x[0]);
+    const Wrench<T> wrench = Predict(rotors_, row_, c.data());
+    const Vec3<T> turned = Moment(c.data(), Vec3<T>(row_.dw.cast<T>()), Vec3<T>(row_.w.cast<T>()));
     for (int i = 0; i < 3; ++i) {
-      const T force = T(air_.vehicle().mass * row_.specific_force[i]);
+      const T force =
+          c[FittedRotors::NumberOf(RotorDrivenModel::kMass)] * T(row_.specific_force[i]);
       residuals[i] = (wrench.force[i] - force) / T(options_.force_sigma[i]);
-      const T turned = inertia[i] * T(row_.dw[i]) + gyroscopic[i];
-      residuals[3 + i] = (wrench.moment[i] - turned) / T(options_.moment_sigma[i]);
+      residuals[3 + i] = (wrench.moment[i] - turned[i]) / T(options_.moment_sigma[i]);
     }
     return true;
   }
 
  private:
-  const RotorAir& air_;
+  const FittedRotors& rotors_;
+  const FreeNumbers& numbers_;
   const WrenchRow& row_;
   const Options& options_;
 };

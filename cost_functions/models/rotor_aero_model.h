@@ -17,7 +17,7 @@ namespace trueline {
 
 // The model's input at one time.
 struct RotorInput {
-  double t;                                // s, since the flight's first sample
+  double t = 0.0;                          // s, since the flight's first sample
   std::vector<double> speeds;              // rad/s
   std::vector<double> accelerations = {};  // rad/s^2; empty: none
   // Set where speeds come from commands: the speeds' derivatives by the motors' unknowns for each

@@ -1,5 +1,5 @@
 // Half a second of flight predicted from one state and the rotor speeds that follow: the
-// rotor-by-rotor model (rotor_air.h), the processes of a stabilised attitude
+// rotor-driven model (fitted_rotors.h), the processes of a stabilised attitude
 // (stabilised_process.h), and the errors of the state that is given (fused_velocity.h,
 // fast_velocity.h).
 #pragma once
@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "cost_functions/models/fast_velocity.h"
+#include "cost_functions/models/fitted_rotors.h"
 #include "cost_functions/models/fused_velocity.h"
-#include "cost_functions/models/rotor_air.h"
 #include "cost_functions/models/stabilised_process.h"
 
 namespace trueline {
 
 // Errors of a logged state, and how the flight is held.
-inline constexpr RotorAirInfo kStateNumbers[] = {
+inline const FittedNumber kStateNumbers[] = {
     {"g_v", "1",
      "excess of the logged horizontal velocity over the change of position, fast motion"},
     {"t_v", "s", "time beyond which the logged velocity follows the position"},
@@ -31,7 +31,7 @@ struct PredictionWindow {
   Eigen::Vector3d p, v;                                   // m, m/s, in the world
   Eigen::Vector4d q;                                      // body to world, w x y z
   Eigen::Vector3d w;                                      // rad/s, in the body
-  std::array<std::array<RotorMotion, 4>, kSteps> rotors;  // mean over each step
+  std::array<RotorInput, kSteps> rotors;  // mean over each step
 };
 
 template <class T>
@@ -45,22 +45,21 @@ using PredictedStates = std::array<PredictedState<T>, PredictionWindow::kSteps>;
 
 class WindowPrediction {
  public:
-  // From kVelocity on: FusedVelocityNumbers, which act by the FusedVelocity that is given.
-  static constexpr int kVelocity = RotorAir::kCount, kRateShare = kVelocity + 3,
-                       kAttitudeLag = kRateShare + 1, kBraking = kAttitudeLag + 1,
-                       kCount = kBraking + 1;
-  static_assert(kCount == RotorAir::kCount + std::size(kStateNumbers));
+  // From kVelocity on: FusedVelocityNumbers, which act by the FusedVelocity that is given. From
+  // kRotors on: those of FittedRotors.
+  static constexpr int kVelocity = 0, kRateShare = kVelocity + 3, kAttitudeLag = kRateShare + 1,
+                       kBraking = kAttitudeLag + 1, kRotors = kBraking + 1;
   enum ProcessIndex { kLevel, kHeading, kProcesses };  // of roll and pitch, of heading
   using Process = std::array<StabilisedProcess, kProcesses>;
   // What the processes observe, by axis.
   template <class T>
   using Observed = std::array<std::vector<T>, 3>;
 
-  WindowPrediction(const RotorAir& air, const Process& process, const FusedVelocity& velocity,
+  WindowPrediction(const FittedRotors& rotors, const Process& process, const FusedVelocity& velocity,
                    const FastVelocity& fast)
-      : air_(air), process_(process), velocity_(velocity), fast_(fast) {}
+      : rotors_(rotors), process_(process), velocity_(velocity), fast_(fast) {}
 
-  // States at the ends of the steps. `c`: kCount numbers. Rates, motion and the fast part of the
+  // States at the ends of the steps. `c`: the numbers. Rates, motion and the fast part of the
   // velocity depend on each other: they are computed in turns, from first guesses. `observed`: what
   // the processes have seen; may be null.
   template <class T>
@@ -139,7 +138,7 @@ class WindowPrediction {
   template <class T>
   void CorrectPositions(const PredictionWindow& window, PredictedStates<T>* states) const;
 
-  const RotorAir& air_;
+  const FittedRotors& rotors_;
   const Process& process_;
   const FusedVelocity& velocity_;
   const FastVelocity& fast_;
@@ -164,7 +163,7 @@ template <class T>
 WindowPrediction::Observed<T> WindowPrediction::ObservedStart(
     const PredictionWindow& window) const {
   const Eigen::Vector3d angles = AttitudeAngles(window.q);
-  const Eigen::Vector3d speeds = TiltedSpeeds(window) / air_.vehicle().gravity;
+  const Eigen::Vector3d speeds = TiltedSpeeds(window) / rotors_.gravity();
   Observed<T> observed;
   for (int i = 0; i < 3; ++i) {
     observed[i].resize(StabilisedProcess::kObserved);
@@ -182,31 +181,27 @@ template <class T>
 void WindowPrediction::Move(const T* c, const PredictionWindow& window,
                             const FastVelocity::Axes<T>& fast, PredictedStates<T>* states,
                             Observed<T>* net) const {
-  using std::exp;
   const T half(0.5 * kStep), step(kStep);
-  const double gravity = air_.vehicle().gravity;
+  const double gravity = rotors_.gravity();
   Vec3<T> p = Constant<T>(window.p), v = Constant<T>(window.v), w = Constant<T>(window.w);
   Vec4<T> q(T(window.q[0]), T(window.q[1]), T(window.q[2]), T(window.q[3]));
   // The drag of the velocity's slow part is not in the logged tilt (fast_velocity.h).
   const auto acceleration = [&](const Vec4<T>& at, const Vec3<T>& force, const T& drag,
                                 const Vec3<T>& slow) {
     Vec3<T> a = RotateByUnit(at, force);
-    for (int i = 0; i < 3; ++i) a[i] = a[i] / T(air_.vehicle().mass) + drag * slow[i];
+    for (int i = 0; i < 3; ++i) a[i] += drag * slow[i];
     a[2] -= T(gravity);
     return a;
   };
   const Vec3<T> v0 = RotateByUnit(Conjugate(q), v);
   const Vec3<T> slow0(v[0] - fast[0][0], v[1] - fast[1][0], T(0.0));
-  Vec3<T> a = acceleration(q, air_.WrenchOn(c, v0, v0, w, window.rotors[0].data()).force,
-                           air_.LinearDrag(c, window.rotors[0].data()), slow0);
-  const T lag = c[RotorAir::kWakeLag];
-  const Vec3<T> change = RotateByUnit(Conjugate(q), a) - Cross(w, v0);
-  Vec3<T> wake = Sum(v0, T(-lag), change);
-  const T follow = T(1.0) - exp(-step / lag);
+  const T* of_rotors = c + kRotors;
+  Vec3<T> a = acceleration(q, rotors_.At(of_rotors, v0, w, window.rotors[0]).force,
+                           rotors_.LinearDrag(of_rotors, window.rotors[0]), slow0);
   *net = ObservedStart<T>(window);
   for (int k = 0; k < kSteps; ++k) {
     PredictedState<T>& state = (*states)[k];
-    const T drag = air_.LinearDrag(c, window.rotors[k].data());
+    const T drag = rotors_.LinearDrag(of_rotors, window.rotors[k]);
     const Vec3<T> fast_mid(T(0.5) * (fast[0][k] + fast[0][k + 1]),
                            T(0.5) * (fast[1][k] + fast[1][k + 1]), T(0.0));
     // About this the logged attitude falls behind the rates.
@@ -220,20 +215,15 @@ void WindowPrediction::Move(const T* c, const PredictionWindow& window,
     }
     const Vec4<T> q_mid = Turned(q, Vec3<T>(T(0.5) * turn[0], T(0.5) * turn[1], T(0.5) * turn[2]));
     const Vec3<T> v_world = Sum(v, half, a), v_mid = RotateByUnit(Conjugate(q_mid), v_world);
-    const Vec3<T> wake_next = Sum(wake, follow, Vec3<T>(v_mid - wake));
-    const Vec3<T> wake_mid = Sum(wake, T(0.5), Vec3<T>(wake_next - wake));
-    const RotorAirWrench<T> wrench =
-        air_.WrenchOn(c, v_mid, wake_mid, w_mid, window.rotors[k].data());
-    const Vec3<T> dw = RotorAir::AngularAcceleration(c, wrench.moment, w_mid);
-    for (int i = 0; i < 3; ++i) (*net)[i][k + 2] = dw[i];
+    const auto pushed = rotors_.At(of_rotors, v_mid, w_mid, window.rotors[k]);
+    for (int i = 0; i < 3; ++i) (*net)[i][k + 2] = pushed.turn[i];
     const Vec3<T> slow(v_world[0] - fast_mid[0], v_world[1] - fast_mid[1], T(0.0));
-    a = acceleration(q_mid, wrench.force, drag, slow);
+    a = acceleration(q_mid, pushed.force, drag, slow);
     const Vec3<T> v_next = Sum(v, step, a);
     for (int i = 0; i < 3; ++i) p[i] += half * (v[i] + v_next[i]);
     v = v_next;
     q = Turned(q, turn);
     w = state.w;
-    wake = wake_next;
     state.p = p;
     state.v = v;
     state.q = q;

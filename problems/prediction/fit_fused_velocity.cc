@@ -81,8 +81,7 @@ std::array<double, 3> Sigmas(const std::vector<WayWindow>& windows, const Eigen:
     by_run.Add(w.run, gradient, curvature);
     by_trajectory.Add(w.trajectory, gradient, curvature);
   }
-  const Eigen::Vector3d sigma =
-      by_run.Diagonal({}).cwiseMax(by_trajectory.Diagonal({})).cwiseSqrt();
+  const Eigen::Vector3d sigma = by_run.Sigmas().cwiseMax(by_trajectory.Sigmas());
   return {sigma[0], sigma[1], sigma[2]};
 }
 

@@ -9,69 +9,60 @@
 namespace trueline {
 namespace {
 
-constexpr int kCount = WindowPrediction::kCount;
-using PredictionCost =
-    ceres::AutoDiffCostFunction<MultiStepResidual, MultiStepResidual::kResiduals, kCount>;
-using NumbersVector = Eigen::Matrix<double, kCount, 1>;
-using NumbersMatrix = Eigen::Matrix<double, kCount, kCount>;
-
-// Indices of the numbers that windows do not move.
-std::vector<int> HeldInWindows(std::vector<PredictionNumber> numbers) {
+// The numbers that windows move.
+FreeNumbers FreeInWindows(std::vector<FittedNumber> numbers, const std::vector<double>& values) {
   for (int i = 0; i < 3; ++i) numbers[WindowPrediction::kVelocity + i].free = false;
-  return HeldNumbers(numbers);
+  return {numbers, values};
 }
 
 PredictionModel ModelOf(const PredictionSetup& setup, const PredictionFit& fit) {
   return {setup.vehicle, fit.processes, fit.numbers};
 }
 
-MultiStepResidual::Options ResidualOptions(const PredictionSetup& setup, double weight) {
+std::unique_ptr<ceres::CostFunction> CostOf(const PredictionModel& model,
+                                            const FreeNumbers& numbers, const TrainingWindow& w,
+                                            bool norms) {
   MultiStepResidual::Options options;
-  options.weight = weight;
-  for (int i = 0; i < kCount; ++i) options.units[i] = setup.numbers[i].typical;
-  return options;
+  options.weight = w.weight;
+  options.norms = norms;
+  return CostOf(MultiStepResidual(model.prediction, numbers, w.window, w.truth, options),
+                numbers.count(), MultiStepResidual::kResiduals);
 }
 
 void SolveNumbers(const PredictionSetup& setup, const std::vector<TrainingWindow>& windows,
                   int threads, PredictionFit* fit) {
   const PredictionModel model = ModelOf(setup, *fit);
-  Eigen::VectorXd x = InUnits(fit->numbers, setup.numbers);
+  const FreeNumbers numbers = FreeInWindows(setup.numbers, fit->numbers);
+  std::vector<double> x = numbers.Start();
   ceres::Problem problem;
-  problem.AddParameterBlock(x.data(), kCount,
-                            new ceres::SubsetManifold(kCount, HeldInWindows(setup.numbers)));
   for (const TrainingWindow& w : windows) {
-    problem.AddResidualBlock(
-        new PredictionCost(new MultiStepResidual(model.prediction, w.window, w.truth,
-                                                 ResidualOptions(setup, w.weight))),
-        nullptr, x.data());
+    problem.AddResidualBlock(CostOf(model, numbers, w, true).release(), nullptr, x.data());
   }
-  problem.SetParameterLowerBound(x.data(), RotorAir::kWakeLag,
-                                 0.002 / setup.numbers[RotorAir::kWakeLag].typical);
   ceres::Solver::Options options;
   options.max_num_iterations = setup.iterations;
   options.function_tolerance = 1e-4;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.num_threads = CoresFor(threads);
   const ceres::Solver::Summary summary = SolveSilently(options, &problem);
-  fit->numbers = FromUnits(x, setup.numbers);
+  fit->numbers = numbers.At(x.data());
   fit->cost = 2.0 * summary.final_cost / static_cast<double>(windows.size());
   fit->windows = static_cast<int>(windows.size());
   fit->converged = summary.termination_type == ceres::CONVERGENCE;
 }
 
 // Gradient and curvature of one window's sum of norms.
-void AddWindow(const PredictionModel& model, const PredictionSetup& setup, const NumbersVector& x,
-               const TrainingWindow& w, ClusterVariance* by_run, ClusterVariance* by_trajectory) {
+void AddWindow(const PredictionModel& model, const FreeNumbers& numbers, const TrainingWindow& w,
+               ClusterVariance* by_run, ClusterVariance* by_trajectory) {
+  const int n = numbers.count();
   Eigen::Matrix<double, MultiStepResidual::kResiduals, 1> r;
-  Eigen::Matrix<double, MultiStepResidual::kResiduals, kCount, Eigen::RowMajor> J;
-  MultiStepResidual::Options options = ResidualOptions(setup, w.weight);
-  options.norms = false;
-  const PredictionCost cost(new MultiStepResidual(model.prediction, w.window, w.truth, options));
+  Eigen::Matrix<double, MultiStepResidual::kResiduals, Eigen::Dynamic, Eigen::RowMajor> J(r.size(),
+                                                                                          n);
+  const std::vector<double> x = numbers.Start();
   const double* parameters = x.data();
   double* jacobian = J.data();
-  cost.Evaluate(&parameters, r.data(), &jacobian);
-  NumbersVector gradient = NumbersVector::Zero();
-  NumbersMatrix curvature = NumbersMatrix::Zero();
+  CostOf(model, numbers, w, false)->Evaluate(&parameters, r.data(), &jacobian);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
+  Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(n, n);
   for (int i = 0; i < MultiStepResidual::kResiduals; i += 3) {
     AddNorm(r.segment<3>(i), J.middleRows<3>(i), 1.0, 0.1 * w.weight, &gradient, &curvature);
   }
@@ -82,12 +73,10 @@ void AddWindow(const PredictionModel& model, const PredictionSetup& setup, const
 std::vector<double> Sigmas(const PredictionSetup& setup, const PredictionFit& fit,
                            const std::vector<TrainingWindow>& windows) {
   const PredictionModel model = ModelOf(setup, fit);
-  const NumbersVector x = InUnits(fit.numbers, setup.numbers);
-  ClusterVariance by_run(kCount), by_trajectory(kCount);
-  for (const TrainingWindow& w : windows) AddWindow(model, setup, x, w, &by_run, &by_trajectory);
-  const std::vector<int> held = HeldInWindows(setup.numbers);
-  const Eigen::VectorXd variance = by_run.Diagonal(held).cwiseMax(by_trajectory.Diagonal(held));
-  return FromUnits(variance.cwiseSqrt(), setup.numbers);
+  const FreeNumbers numbers = FreeInWindows(setup.numbers, fit.numbers);
+  ClusterVariance by_run(numbers.count()), by_trajectory(numbers.count());
+  for (const TrainingWindow& w : windows) AddWindow(model, numbers, w, &by_run, &by_trajectory);
+  return numbers.Spread(by_run.Sigmas().cwiseMax(by_trajectory.Sigmas()));
 }
 
 void FitVelocity(const PredictionSetup& setup, const std::vector<const PredictionRun*>& runs,
@@ -117,10 +106,6 @@ void FitVelocity(const PredictionSetup& setup, const std::vector<const Predictio
 
 }  // namespace
 
-const RotorAirInfo& PredictionNumberInfo(int i) {
-  return i < RotorAir::kCount ? kRotorAirNumbers[i] : kStateNumbers[i - RotorAir::kCount];
-}
-
 WindowPrediction::Process MakeProcesses(const ProcessNumbers& numbers) {
   return {StabilisedProcess(numbers[WindowPrediction::kLevel]),
           StabilisedProcess(numbers[WindowPrediction::kHeading])};
@@ -131,19 +116,19 @@ FusedVelocityNumbers VelocityNumbers(const std::vector<double>& numbers) {
   return {first[0], first[1], first[2]};
 }
 
-PredictionModel::PredictionModel(const RotorAirVehicle& vehicle, const ProcessNumbers& processes,
+PredictionModel::PredictionModel(const PredictedVehicle& vehicle, const ProcessNumbers& processes,
                                  const std::vector<double>& numbers)
-    : air(vehicle),
+    : rotors(vehicle.Model()),
       process(MakeProcesses(processes)),
       velocity(VelocityNumbers(numbers)),
-      prediction(air, process, velocity, fast) {}
+      prediction(rotors, process, velocity, fast) {}
 
 PredictionFit FitPrediction(const PredictionSetup& setup,
                             const std::vector<const PredictionRun*>& runs, int threads) {
   const std::vector<TrainingWindow> windows = ChooseWindows(runs, setup.windows);
   PredictionFit fit;
   fit.processes = setup.processes;
-  for (const PredictionNumber& number : setup.numbers) fit.numbers.push_back(number.start);
+  for (const FittedNumber& number : setup.numbers) fit.numbers.push_back(number.start);
   for (int round = 0; round < setup.rounds; ++round) {
     SolveNumbers(setup, windows, threads, &fit);
     if (!setup.learn_processes) break;

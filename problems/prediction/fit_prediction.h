@@ -1,19 +1,23 @@
-// The rotor-by-rotor model fitted to runs by multi-step least squares.
+// The rotor-driven model fitted to runs by multi-step least squares.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "problems/effects/effect.h"
 #include "problems/prediction/prediction_run.h"
 
 namespace trueline {
 
-// A number of the model (kRotorAirNumbers, then kStateNumbers).
-struct PredictionNumber {
-  double start = 0.0;
-  double typical = 1.0;  // its unit in the solver
-  bool free = false;
+// What is predicted by the rotor drive's model.
+struct PredictedVehicle {
+  std::vector<Rotor> rotors;
+  double gravity = 9.81;               // m/s^2
+  std::vector<Effect> effects;         // as in model.yaml; their sizes are numbers
+  std::vector<RotorEffects> units;     // of FittedRotors, one for each size
+
+  FittedRotors Model() const { return {rotors, gravity, units}; }
 };
 
 using ProcessNumbers = std::array<StabilisedProcessNumbers, WindowPrediction::kProcesses>;
@@ -25,8 +29,8 @@ WindowPrediction::Process MakeProcesses(const ProcessNumbers& numbers);
 FusedVelocityNumbers VelocityNumbers(const std::vector<double>& numbers);
 
 struct PredictionSetup {
-  RotorAirVehicle vehicle;
-  std::vector<PredictionNumber> numbers;  // WindowPrediction::kCount
+  PredictedVehicle vehicle;
+  std::vector<FittedNumber> numbers;  // of WindowPrediction
   ProcessNumbers processes = {};
   bool learn_processes = true;
   int windows = 600;  // of each trajectory, evenly spaced
@@ -34,16 +38,13 @@ struct PredictionSetup {
   int iterations = 12;
 };
 
-// Name, unit and meaning of number `i`.
-const RotorAirInfo& PredictionNumberInfo(int i);
-
 // By quantity (p, v, R, w) and step.
 using QuantitySteps = std::array<std::array<double, PredictionWindow::kSteps>, 4>;
 // By chance (kTubeChances); tube.h.
 using Tube = std::array<QuantitySteps, 2>;
 
 struct PredictionFit {
-  std::vector<double> numbers;  // WindowPrediction::kCount
+  std::vector<double> numbers;  // of WindowPrediction
   // One standard deviation by the spread between runs, and between trajectories where that is more
   // (sandwich with runs or trajectories as clusters); 0 for numbers that are held.
   std::vector<double> sigmas;
@@ -56,13 +57,13 @@ struct PredictionFit {
 
 // The parts of a prediction with a fit's processes and numbers of the state; its addresses stay.
 struct PredictionModel {
-  RotorAir air;
+  FittedRotors rotors;
   WindowPrediction::Process process;
   FusedVelocity velocity;
   FastVelocity fast;
   WindowPrediction prediction;
 
-  PredictionModel(const RotorAirVehicle& vehicle, const ProcessNumbers& processes,
+  PredictionModel(const PredictedVehicle& vehicle, const ProcessNumbers& processes,
                   const std::vector<double>& numbers);
   PredictionModel(const PredictionModel&) = delete;
   PredictionModel& operator=(const PredictionModel&) = delete;

@@ -119,8 +119,8 @@ MultiStepExperiment ReadMultiStepExperiment(const std::filesystem::path& file) {
   MultiStepExperiment experiment;
   ReadHead(file, "multi_step", map, &experiment);
   PredictionSetup& setup = experiment.setup;
-  setup.vehicle = ReadRotorAirVehicle(map.Child("vehicle"));
-  setup.numbers = ReadNumbers(map.Child("numbers"), WindowPrediction::kCount, PredictionNumberInfo);
+  setup.numbers.assign(std::begin(kStateNumbers), std::end(kStateNumbers));
+  setup.vehicle = ReadPredictedVehicle(map, &setup.numbers);
   YamlArchive a(map);
   a.Map("processes", [&](YamlArchive* processes) {
     for (std::size_t i = 0; i < kProcessNames.size(); ++i) {

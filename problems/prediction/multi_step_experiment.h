@@ -79,12 +79,12 @@ MultiStepResult RunMultiStepExperiment(const MultiStepExperiment& experiment,
                                        const std::filesystem::path& training,
                                        const std::filesystem::path& test, int threads, bool quiet);
 
-// summary.yaml (scores of both averages, the fitted numbers with sigma and unit, each fold's) and
-// horizons.csv (mean errors at every horizon).
+// summary.yaml (scores of both averages, the fitted numbers with sigma and unit, each fold's),
+// horizons.csv (mean errors at every horizon), and model.yaml (what the fit to all says of forces).
 void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult& result,
                     const std::filesystem::path& directory);
 
-// predictions.csv: the rotor-by-rotor model's states at every step from the start rows, a line a
+// predictions.csv: the fitted model's states at every step from the start rows, a line a
 // step, and the radii of their tubes, which follow the run (tube.h). Frames as PredictionRun; the
 // quaternion goes on from the start's without taking the shorter way.
 void WritePredictions(const MultiStepExperiment& experiment, const MultiStepResult& result,

@@ -1,5 +1,4 @@
-// What the fits of the rotor-by-rotor model's numbers share: each number counts in its unit
-// `typical`, held numbers do not move, and a fit that Ceres refuses is an error.
+// What the fits of the benchmarks' numbers share.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -7,6 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Dense>
 #include <map>
+#include <memory>
 #include <vector>
 
 #include "problems/common/error.h"
@@ -14,31 +14,15 @@
 
 namespace trueline {
 
-// Indices of the numbers that are not fitted.
-inline std::vector<int> HeldNumbers(const std::vector<PredictionNumber>& numbers) {
-  std::vector<int> held;
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    if (!numbers[i].free) held.push_back(static_cast<int>(i));
-  }
-  return held;
-}
-
-// SI values divided by their units, and back.
-inline Eigen::VectorXd InUnits(const std::vector<double>& values,
-                               const std::vector<PredictionNumber>& numbers) {
-  Eigen::VectorXd scaled(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    scaled[static_cast<Eigen::Index>(i)] = values[i] / numbers[i].typical;
-  }
-  return scaled;
-}
-inline std::vector<double> FromUnits(const Eigen::VectorXd& scaled,
-                                     const std::vector<PredictionNumber>& numbers) {
-  std::vector<double> values(numbers.size());
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    values[i] = scaled[static_cast<Eigen::Index>(i)] * numbers[i].typical;
-  }
-  return values;
+// A residual of the free numbers, differentiated in the scalar that effects are kept for.
+template <class Residual>
+std::unique_ptr<ceres::CostFunction> CostOf(const Residual& residual, int numbers,
+                                            int residuals) {
+  auto cost = std::make_unique<ceres::DynamicAutoDiffCostFunction<Residual, 4>>(
+      new Residual(residual));
+  cost->AddParameterBlock(numbers);
+  cost->SetNumResiduals(residuals);
+  return cost;
 }
 
 // Solves in silence. Throws InputError if Ceres gives no usable solution: the start values must not
@@ -66,7 +50,7 @@ void AddNorm(const Error& e, const Jacobian& J, double weight, double smooth, Ve
   *curvature += weight / norm * (J.transpose() * J - pull * pull.transpose());
 }
 
-// Variances of a fit's numbers by the spread of gradients between clusters (Huber-White sandwich),
+// Spread of a fit's numbers by the spread of gradients between clusters (Huber-White sandwich),
 // for errors that are correlated within a run or a section of flight.
 class ClusterVariance {
  public:
@@ -79,23 +63,15 @@ class ClusterVariance {
         gradient;
   }
 
-  // Variance of every number, zero for those in `held` and where there is one cluster only; with
-  // the small-sample factor n / (n - 1).
-  Eigen::VectorXd Diagonal(const std::vector<int>& held) const {
+  // Standard deviation of every number, zero where there is one cluster only; with the small-sample
+  // factor n / (n - 1).
+  Eigen::VectorXd Sigmas() const {
     const double n = static_cast<double>(gradients_.size());
-    Eigen::MatrixXd curvature = curvature_;
-    Eigen::MatrixXd middle = Eigen::MatrixXd::Zero(curvature.rows(), curvature.cols());
+    Eigen::MatrixXd middle = Eigen::MatrixXd::Zero(curvature_.rows(), curvature_.cols());
     if (n < 2.0) return middle.diagonal();
     for (const auto& [cluster, gradient] : gradients_) middle += gradient * gradient.transpose();
-    for (const int i : held) {
-      curvature.row(i).setZero();
-      curvature.col(i).setZero();
-      curvature(i, i) = 1.0;
-      middle.row(i).setZero();
-      middle.col(i).setZero();
-    }
-    const Eigen::MatrixXd inverse = curvature.inverse();
-    return (n / (n - 1.0) * inverse * middle * inverse).diagonal();
+    const Eigen::MatrixXd inverse = curvature_.inverse();
+    return (n / (n - 1.0) * inverse * middle * inverse).diagonal().cwiseSqrt();
   }
 
  private:

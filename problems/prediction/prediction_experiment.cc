@@ -4,11 +4,14 @@
 
 #include <utility>
 
+#include "problems/calibration/write_calibration.h"
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/yaml_archive.h"
+#include "problems/effects/read_effects.h"
 #include "problems/prediction/prediction_run.h"
 #include "problems/result/yaml_text.h"
+#include "problems/rotor/rotor_vehicle.h"
 
 namespace trueline {
 
@@ -46,65 +49,110 @@ YAML::Node HeadNode(const PredictionExperiment& experiment) {
   return node;
 }
 
-RotorAirVehicle ReadRotorAirVehicle(const YamlMap& map) {
-  RotorAirVehicle vehicle;
-  YamlArchive a(map);
-  a.Positive("mass", &vehicle.mass);
-  a.Positive("gravity", &vehicle.gravity);
-  a.Positive("radius", &vehicle.radius);
-  a.Positive("air_density", &vehicle.air_density);
-  for (const YamlMap& rotor : map.Children("rotors")) {
-    const int spin = rotor.Get<int>("spin");
-    if (std::abs(spin) != 1) rotor.Fail("spin", "must be 1 or -1");
-    vehicle.rotors.push_back({rotor.GetVector3("position"), spin});
-    rotor.Finish();
+namespace {
+
+void AddConstants(const RotorPrior& prior, std::vector<FittedNumber>* numbers) {
+  for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
+    const RotorConstantInfo& info = kRotorConstants[i];
+    numbers->push_back({info.name, info.unit, info.meaning, prior.mean[i], info.typical});
   }
-  if (vehicle.rotors.size() != 4) map.Fail("rotors", "must list four rotors");
-  map.Finish();
-  return vehicle;
 }
 
-std::vector<PredictionNumber> ReadNumbers(const YamlMap& map, int count, NumberInfo info) {
-  std::vector<PredictionNumber> numbers(count);
-  for (int i = 0; i < count; ++i) {
-    const char* name = info(i).name;
-    const YamlMap entry = map.Child(name);
+// One number for each size of an effect.
+void AddSizes(const YamlMap& map, PredictedVehicle* vehicle, std::vector<FittedNumber>* numbers) {
+  vehicle->effects = ReadEffects(map, DriveKind::kRotors);
+  for (const Effect& effect : vehicle->effects) {
+    const EffectInfo& info = InfoOf(effect);
+    for (const auto& [name, size] : effect.values) {
+      RotorExtension extension = RotorExtensionOf({{effect.id, {{name, 1.0}}, effect.term}});
+      if (extension.effects.forces.empty() && extension.effects.terms.empty()) {
+        map.Fail("effects", effect.id + " is no force that is linear in its size; state constants, "
+                                        "such as K_x, under numbers");
+      }
+      const auto parameter = std::ranges::find(info.parameters, name, &EffectParameterInfo::name);
+      const bool free = size != 0.0;
+      const double typical = free ? std::abs(size) : 1.0;
+      numbers->push_back(
+          effect.term
+              ? FittedNumber{effect.term->Where() + " " + SymbolsOf(effect.term->with),
+                             effect.term->Unit(), effect.term->Name(), size, typical, free}
+              : FittedNumber{effect.id + "." + name, parameter->unit, info.physics, size, typical,
+                             free});
+      vehicle->units.push_back(std::move(extension.effects));
+    }
+  }
+}
+
+void ReadNumbers(const YamlMap& map, std::vector<FittedNumber>* numbers) {
+  for (FittedNumber& number : *numbers) {
+    if (!map.Has(number.name)) continue;
+    const YamlMap entry = map.Child(number.name);
     YamlArchive a(entry);
-    a.Value("start", &numbers[i].start);
-    const double size = std::abs(numbers[i].start);
-    numbers[i].typical = size > 0.0 ? size : 1.0;
-    a.Positive("typical", &numbers[i].typical);
-    a.Value("free", &numbers[i].free);
+    a.Value("start", &number.start);
+    if (number.start != 0.0) number.typical = std::abs(number.start);
+    a.Positive("typical", &number.typical);
+    a.Value("free", &number.free);
     entry.Finish();
   }
   map.Finish();
-  return numbers;
 }
 
-YAML::Node NumbersNode(const std::vector<PredictionNumber>& numbers,
+}  // namespace
+
+PredictedVehicle ReadPredictedVehicle(const YamlMap& map, std::vector<FittedNumber>* numbers) {
+  PredictedVehicle vehicle;
+  YamlArchive(map).Positive("gravity", &vehicle.gravity);
+  const YamlMap stated = map.Child("vehicle");
+  const RotorVehicle nominal = ReadRotorVehicle(stated, vehicle.gravity);
+  vehicle.rotors = nominal.model.rotors();
+  if (vehicle.rotors.size() != 4) stated.Fail("rotors", "must list four rotors");
+  AddConstants(PriorFromVehicle(nominal), numbers);
+  ReadNumbers(map.Child("numbers"), numbers);
+  AddSizes(map, &vehicle, numbers);
+  return vehicle;
+}
+
+YAML::Node FittedModelNode(const PredictedVehicle& vehicle, const std::vector<FittedNumber>& numbers,
+                           const std::vector<double>& values, const std::vector<double>& sigmas,
+                           const YAML::Node& provenance) {
+  std::vector<ParameterEstimate> constants;
+  for (const char* name : {"k_f", "K_x", "K_y", "K_z", "inflow"}) {
+    const auto number = std::ranges::find(numbers, name, &FittedNumber::name);
+    if (!number->free) continue;
+    const std::size_t i = number - numbers.begin();
+    constants.push_back({name, values[i], sigmas[i], number->unit, "identified"});
+  }
+  std::vector<Effect> forces;
+  auto size = values.end() - static_cast<std::ptrdiff_t>(vehicle.units.size());
+  for (Effect effect : vehicle.effects) {
+    for (auto& [name, value] : effect.values) value = *size++;
+    if (!effect.term || effect.term->on == TermOn::kForce) forces.push_back(std::move(effect));
+  }
+  return ModelNode(constants, forces, provenance);
+}
+
+YAML::Node NumbersNode(const std::vector<FittedNumber>& numbers,
                        const std::vector<double>& values, const std::vector<double>& sigmas,
-                       NumberInfo info, int digits) {
+                       int digits) {
   YAML::Node node;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    const RotorAirInfo& about = info(static_cast<int>(i));
-    node[about.name] = FlowMap({{"value", Rounded(values[i], digits)},
-                                {"sigma", Rounded(sigmas[i], 2)},
-                                {"unit", about.unit},
-                                {"status", numbers[i].free ? "fitted" : "held"},
-                                {"about", about.about}});
+    if (!numbers[i].free && values[i] == 0.0) continue;
+    node[numbers[i].name] = FlowMap({{"value", Rounded(values[i], digits)},
+                                     {"sigma", Rounded(sigmas[i], 2)},
+                                     {"unit", numbers[i].unit},
+                                     {"status", numbers[i].free ? "fitted" : "held"},
+                                     {"about", numbers[i].about}});
   }
   return node;
 }
 
-std::string NumbersTable(const std::vector<PredictionNumber>& numbers,
-                         const std::vector<double>& values, const std::vector<double>& sigmas,
-                         NumberInfo info) {
+std::string NumbersTable(const std::vector<FittedNumber>& numbers,
+                         const std::vector<double>& values, const std::vector<double>& sigmas) {
   std::string table;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (!numbers[i].free) continue;
-    const RotorAirInfo& about = info(static_cast<int>(i));
-    table += fmt::format("  {:<8}{:>12.5g} +- {:<10.2g}{:<8}{}\n", about.name, values[i], sigmas[i],
-                         about.unit, about.about);
+    table += fmt::format("  {:<22}{:>12.5g} +- {:<10.2g}{:<20} {}\n", numbers[i].name, values[i],
+                         sigmas[i], numbers[i].unit, numbers[i].about);
   }
   return table;
 }

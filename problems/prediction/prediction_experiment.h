@@ -1,11 +1,12 @@
-// What the experiments with the rotor-by-rotor model share: their head in YAML, the vehicle, the
-// numbers, and how results name them.
+// What the benchmarks of prediction share: their head in YAML, the vehicle, the numbers, and how
+// results name them.
 //
 //   kind: multi_step            # or wrench
 //   name: ...; about: ...
-//   vehicle: {mass: kg, radius: m, air_density: kg/m^3, rotors: [{position: [x, y, z], spin: 1}]}
-//   numbers:                    # RotorAir's, then the experiment's; `free` ones are fitted
-//     C_T: {start: 0.017, free: true}    # `typical`, the solver's unit: |start| where left out
+//   vehicle: {...}              # as in config/observe; its numbers are the starts
+//   numbers:                    # constants of the rotor drive, and the experiment's own
+//     k_f: {free: true}         # `start`; `typical`, the solver's unit: |start| where left out
+//   effects: [...]              # as in model.yaml; sizes other than zero are fitted from there
 #pragma once
 
 #include <filesystem>
@@ -38,19 +39,23 @@ void ReadHead(const std::filesystem::path& file, const std::string& kind, const 
 // Name, about, kind and provenance of a result.
 YAML::Node HeadNode(const PredictionExperiment& experiment);
 
-// Throws InputError unless there are four rotors.
-RotorAirVehicle ReadRotorAirVehicle(const YamlMap& map);
+// Throws InputError unless there are four rotors, and for an effect that is no force of known form.
+// `numbers`: the experiment's own; those of FittedRotors follow them.
+PredictedVehicle ReadPredictedVehicle(const YamlMap& map, std::vector<FittedNumber>* numbers);
 
-using NumberInfo = const RotorAirInfo& (*)(int i);
-std::vector<PredictionNumber> ReadNumbers(const YamlMap& map, int count, NumberInfo info);
-
-// Values and sigmas by name with unit, status and meaning; `digits` of the values.
-YAML::Node NumbersNode(const std::vector<PredictionNumber>& numbers,
+// The content that `trueline calibrate --drive=rotors --model` takes: forces. The numbers of moments
+// are left out: the rotors' moments mostly cancel disturbances, so that what predicts best is no
+// inertia of the vehicle.
+YAML::Node FittedModelNode(const PredictedVehicle& vehicle, const std::vector<FittedNumber>& numbers,
+                           const std::vector<double>& values, const std::vector<double>& sigmas,
+                           const YAML::Node& provenance);
+// Values and sigmas by name with unit, status and meaning; `digits` of the values. Those that are
+// zero and held are left out.
+YAML::Node NumbersNode(const std::vector<FittedNumber>& numbers,
                        const std::vector<double>& values, const std::vector<double>& sigmas,
-                       NumberInfo info, int digits);
+                       int digits);
 // A line for each fitted number.
-std::string NumbersTable(const std::vector<PredictionNumber>& numbers,
-                         const std::vector<double>& values, const std::vector<double>& sigmas,
-                         NumberInfo info);
+std::string NumbersTable(const std::vector<FittedNumber>& numbers,
+                         const std::vector<double>& values, const std::vector<double>& sigmas);
 
 }  // namespace trueline

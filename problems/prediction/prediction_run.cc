@@ -149,7 +149,8 @@ PredictionWindow WindowAt(const PredictionRun& run, int row) {
     const int next = std::min(k + 1, PredictionWindow::kSteps - 1);
     for (int i = 0; i < 4; ++i) {
       const double a = run.speeds(i, row + k), b = run.speeds(i, row + next);
-      window.rotors[k][i] = {std::sqrt(0.5 * (a * a + b * b)), (b - a) / StabilisedProcess::kStep};
+      window.rotors[k].speeds.push_back(std::sqrt(0.5 * (a * a + b * b)));
+      window.rotors[k].accelerations.push_back((b - a) / StabilisedProcess::kStep);
     }
   }
   return window;

@@ -15,7 +15,7 @@ QuantitySteps SpreadOf(const PredictionModel& model,
                        const WindowPrediction::Observed<double>& seen) {
   const auto level = model.process[WindowPrediction::kLevel].Spreads({seen[0], seen[1]});
   const auto heading = model.process[WindowPrediction::kHeading].Spreads({seen[2]});
-  const double g = model.air.vehicle().gravity;
+  const double g = model.rotors.gravity();
   QuantitySteps spread;
   for (int k = 0; k < kTubeSteps; ++k) {
     const Eigen::Vector4d tilt = level[0][k] + level[1][k], all = tilt + heading[0][k];

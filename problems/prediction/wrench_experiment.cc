@@ -86,12 +86,13 @@ const std::vector<std::string> kPublished = {"bemnn_fx", "bemnn_fy", "bemnn_fz",
 
 WrenchRow RowOf(const Eigen::VectorXd& values) {
   WrenchRow row;
-  row.t = values[0];
+  row.rotors.t = values[0];
   row.v = values.segment<3>(1);
   row.w = values.segment<3>(4);
   row.specific_force = values.segment<3>(7);
   row.dw = values.segment<3>(10);
-  for (int i = 0; i < 4; ++i) row.rotors[i] = {values[13 + i], values[17 + i]};
+  row.rotors.speeds = {values[13], values[14], values[15], values[16]};
+  row.rotors.accelerations = {values[17], values[18], values[19], values[20]};
   return row;
 }
 
@@ -118,24 +119,11 @@ WrenchFlight ReadWrenchFlight(const std::filesystem::path& folder, const std::st
 
 namespace {
 
-using WrenchCost = ceres::AutoDiffCostFunction<WrenchResidual, 6, WrenchResidual::kCount>;
 using Wrenches = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 constexpr double kSection = 5.0;  // s, of the clusters behind the sigmas
 
-struct WrenchModel {
-  RotorAir air;
-  WrenchResidual::Options options;
-};
-
-WrenchModel ModelOf(const WrenchExperiment& experiment, double mass) {
-  RotorAirVehicle vehicle = experiment.vehicle;
-  vehicle.mass = mass;
-  WrenchModel model{RotorAir(vehicle), {experiment.force_sigma, experiment.moment_sigma, {}}};
-  for (int i = 0; i < WrenchResidual::kCount; ++i) {
-    model.options.units[i] = experiment.numbers[i].typical;
-  }
-  return model;
-}
+constexpr int kMassNumber = FittedRotors::NumberOf(RotorDrivenModel::kMass);
+constexpr int kInertiaNumber = FittedRotors::NumberOf(RotorDrivenModel::kInertia);
 
 // Measured force and moment of all rows.
 Wrenches Measured(const WrenchFlight& flight, double mass, const Eigen::Vector3d& inertia) {
@@ -149,44 +137,43 @@ Wrenches Measured(const WrenchFlight& flight, double mass, const Eigen::Vector3d
 }
 
 // Force and net moment by the model, the moment as it stands, before its share.
-Wrenches Modelled(const RotorAir& air, const WrenchFlight& flight,
+Wrenches Modelled(const FittedRotors& rotors, const WrenchFlight& flight,
                   const std::vector<double>& numbers) {
   Wrenches predicted(6, flight.rows.size());
   for (std::size_t i = 0; i < flight.rows.size(); ++i) {
-    const RotorAirWrench<double> wrench =
-        WrenchResidual::Predict(air, flight.rows[i], numbers.data());
+    const auto wrench = WrenchResidual::Predict(rotors, flight.rows[i], numbers.data());
     predicted.col(i) << wrench.force, wrench.moment;
   }
   return predicted;
 }
 
-std::vector<double> WrenchSigmas(const WrenchExperiment& experiment, const WrenchModel& model,
-                                 const std::vector<const WrenchRow*>& rows,
-                                 const std::vector<int>& sections, const Eigen::VectorXd& x) {
-  ClusterVariance variance(WrenchResidual::kCount);
+// Of the numbers that a fit leaves as they are.
+std::vector<double> WrenchSigmas(const ceres::Problem& problem,
+                                 const std::vector<ceres::ResidualBlockId>& blocks,
+                                 const std::vector<int>& sections, const FreeNumbers& numbers,
+                                 const std::vector<double>& x) {
+  ClusterVariance variance(numbers.count());
   Eigen::Matrix<double, 6, 1> r;
-  Eigen::Matrix<double, 6, WrenchResidual::kCount, Eigen::RowMajor> J;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const WrenchCost cost(new WrenchResidual(model.air, *rows[i], model.options));
+  Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor> J(6, numbers.count());
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
     const double* parameters = x.data();
     double* jacobian = J.data();
-    cost.Evaluate(&parameters, r.data(), &jacobian);
+    problem.GetCostFunctionForResidualBlock(blocks[i])->Evaluate(&parameters, r.data(), &jacobian);
     variance.Add(sections[i], J.transpose() * r, J.transpose() * J);
   }
-  const Eigen::VectorXd sigmas = variance.Diagonal(HeldNumbers(experiment.numbers)).cwiseSqrt();
-  return FromUnits(sigmas, experiment.numbers);
+  return numbers.Spread(variance.Sigmas());
 }
 
 MomentRecord RecordOf(const WrenchFlight& flight, const Wrenches& measured,
                       const Wrenches& modelled) {
   MomentRecord record{Eigen::VectorXd(measured.cols()), measured.middleRows<2>(3),
                       modelled.middleRows<2>(3)};
-  for (std::size_t i = 0; i < flight.rows.size(); ++i) record.t[i] = flight.rows[i].t;
+  for (std::size_t i = 0; i < flight.rows.size(); ++i) record.t[i] = flight.rows[i].rotors.t;
   return record;
 }
 
 // The part of the model's net moment that turns the vehicle.
-void FitMoments(const WrenchExperiment& experiment, const WrenchModel& model, double mass,
+void FitMoments(const WrenchExperiment& experiment, const FittedRotors& rotors, double mass,
                 const std::vector<WrenchFlight>& flights, WrenchFit* fit) {
   std::vector<MomentRecord> records;
   std::array<Eigen::VectorXd, 3> measured, modelled;
@@ -198,7 +185,7 @@ void FitMoments(const WrenchExperiment& experiment, const WrenchModel& model, do
   std::vector<Wrenches> nets;
   for (const WrenchFlight& flight : flights) {
     const Wrenches truth = Measured(flight, mass, experiment.inertia);
-    nets.push_back(Modelled(model.air, flight, fit->numbers));
+    nets.push_back(Modelled(rotors, flight, fit->numbers));
     records.push_back(RecordOf(flight, truth, nets.back()));
     for (int axis = 0; axis < 3; ++axis) append(truth.row(3 + axis).transpose(), &measured[axis]);
   }
@@ -212,7 +199,7 @@ void FitMoments(const WrenchExperiment& experiment, const WrenchModel& model, do
 
 WrenchFit FitWrench(const WrenchExperiment& experiment, const std::vector<WrenchFlight>& flights,
                     double mass, int threads) {
-  const WrenchModel model = ModelOf(experiment, mass);
+  const FittedRotors rotors = experiment.vehicle.Model();
   std::vector<const WrenchRow*> rows;
   std::vector<int> sections;
   int base = 0;
@@ -220,20 +207,22 @@ WrenchFit FitWrench(const WrenchExperiment& experiment, const std::vector<Wrench
     for (std::size_t i = 0; i < flight.rows.size(); i += experiment.stride) {
       rows.push_back(&flight.rows[i]);
       sections.push_back(base +
-                         static_cast<int>((flight.rows[i].t - flight.rows.front().t) / kSection));
+                         static_cast<int>((flight.rows[i].rotors.t - flight.rows.front().rotors.t) / kSection));
     }
     base = sections.back() + 1;
   }
   std::vector<double> start;
-  for (const PredictionNumber& number : experiment.numbers) start.push_back(number.start);
-  Eigen::VectorXd x = InUnits(start, experiment.numbers);
+  for (const FittedNumber& number : experiment.numbers) start.push_back(number.start);
+  start[kMassNumber] = mass;
+  const FreeNumbers numbers(experiment.numbers, start);
+  const WrenchResidual::Options weights{experiment.force_sigma, experiment.moment_sigma};
+  std::vector<double> x = numbers.Start();
   ceres::Problem problem;
-  problem.AddParameterBlock(
-      x.data(), WrenchResidual::kCount,
-      new ceres::SubsetManifold(WrenchResidual::kCount, HeldNumbers(experiment.numbers)));
+  std::vector<ceres::ResidualBlockId> blocks;
   for (const WrenchRow* row : rows) {
-    problem.AddResidualBlock(new WrenchCost(new WrenchResidual(model.air, *row, model.options)),
-                             nullptr, x.data());
+    blocks.push_back(problem.AddResidualBlock(
+        CostOf(WrenchResidual(rotors, numbers, *row, weights), numbers.count(), 6).release(),
+        nullptr, x.data()));
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
@@ -242,9 +231,9 @@ WrenchFit FitWrench(const WrenchExperiment& experiment, const std::vector<Wrench
 
   WrenchFit fit;
   fit.rows = static_cast<int>(rows.size());
-  fit.numbers = FromUnits(x, experiment.numbers);
-  fit.sigmas = WrenchSigmas(experiment, model, rows, sections, x);
-  FitMoments(experiment, model, mass, flights, &fit);
+  fit.numbers = numbers.At(x.data());
+  fit.sigmas = WrenchSigmas(problem, blocks, sections, numbers, x);
+  FitMoments(experiment, rotors, mass, flights, &fit);
   return fit;
 }
 
@@ -270,13 +259,13 @@ void RunFold(const WrenchExperiment& experiment, const WrenchExperiment::Fold& f
   const WrenchFlight test = ReadWrenchFlight(data, fold.test);
   const auto is_of_test = [&](const WrenchFold& f) { return f.test == fold.test; };
   const bool first = std::ranges::none_of(result->folds, is_of_test);
-  std::vector<double> masses = {experiment.vehicle.mass};
+  std::vector<double> masses = {experiment.mass};
   if (experiment.other_mass > 0.0) masses.push_back(experiment.other_mass);
   for (const double mass : masses) {
     const WrenchFit fit = FitWrench(experiment, training, mass, threads);
-    if (mass == experiment.vehicle.mass) result->folds.push_back({fold.test, fold.train, fit});
+    if (mass == experiment.mass) result->folds.push_back({fold.test, fold.train, fit});
     const Wrenches truth = Measured(test, mass, experiment.inertia);
-    Wrenches ours = Modelled(ModelOf(experiment, mass).air, test, fit.numbers);
+    Wrenches ours = Modelled(experiment.vehicle.Model(), test, fit.numbers);
     const MomentRecord record = RecordOf(test, truth, ours);
     ours.middleRows<2>(3) = fit.washout.Of(record.modelled, record.t);
     ours.bottomRows<3>() = fit.share.asDiagonal() * ours.bottomRows<3>().eval();
@@ -301,18 +290,15 @@ void RunFold(const WrenchExperiment& experiment, const WrenchExperiment::Fold& f
 
 }  // namespace
 
-const RotorAirInfo& WrenchNumberInfo(int i) {
-  return i < RotorAir::kCount ? kRotorAirNumbers[i] : kMeasuredPoint[i - RotorAir::kCount];
-}
-
 WrenchExperiment ReadWrenchExperiment(const std::filesystem::path& file) {
   const YamlMap map = YamlMap::FromFile(file);
   WrenchExperiment experiment;
   ReadHead(file, "wrench", map, &experiment);
-  experiment.vehicle = ReadRotorAirVehicle(map.Child("vehicle"));
-  experiment.inertia = map.GetVector3("inertia");
-  if (experiment.inertia.minCoeff() <= 0.0) map.Fail("inertia", "must be positive, in kg m^2");
-  experiment.numbers = ReadNumbers(map.Child("numbers"), WrenchResidual::kCount, WrenchNumberInfo);
+  experiment.vehicle = ReadPredictedVehicle(map, &experiment.numbers);
+  experiment.mass = experiment.numbers[kMassNumber].start;
+  for (int i = 0; i < 3; ++i) {
+    experiment.inertia[i] = experiment.numbers[kInertiaNumber + i].start;
+  }
   YamlArchive a(map);
   a.NotNegative("other_mass", &experiment.other_mass);
   experiment.force_sigma = map.GetVector3("force_sigma", experiment.force_sigma);

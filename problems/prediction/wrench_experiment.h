@@ -4,7 +4,6 @@
 //
 //   kind: wrench                # name, about, vehicle and numbers: prediction_experiment.h
 //   other_mass: 0.752           # kg, of which published predictions were made
-//   inertia: [x, y, z]          # kg m^2, as stated; the measured moment is I dw + w x I w with it
 //   force_sigma: [0.1, 0.1, 0.3]        # N, weights of the fit
 //   moment_sigma: [0.2, 0.2, 0.02]      # N m; large: moments do not move the forces' numbers
 //   stride: 5                           # every fifth row is fitted; all rows are scored
@@ -67,10 +66,11 @@ struct WrenchExperiment : PredictionExperiment {
     std::string test;
     std::vector<std::string> train;
   };
-  RotorAirVehicle vehicle;
+  PredictedVehicle vehicle;
+  double mass = 0.0;                                  // kg, as stated
   double other_mass = 0.0;                            // kg; 0 for none
-  Eigen::Vector3d inertia = Eigen::Vector3d::Zero();  // kg m^2, as stated
-  std::vector<PredictionNumber> numbers;              // WrenchResidual::kCount
+  Eigen::Vector3d inertia = Eigen::Vector3d::Zero();  // kg m^2, as stated: the measured moment is I dw + w x I w
+  std::vector<FittedNumber> numbers;                  // of FittedRotors
   Eigen::Vector3d force_sigma{0.1, 0.1, 0.3};         // N, weights of the fit
   Eigen::Vector3d moment_sigma{0.2, 0.2, 0.02};       // N m
   int stride = 5;
@@ -78,9 +78,6 @@ struct WrenchExperiment : PredictionExperiment {
 };
 
 WrenchExperiment ReadWrenchExperiment(const std::filesystem::path& file);
-
-// Name, unit and meaning of number `i`.
-const RotorAirInfo& WrenchNumberInfo(int i);
 
 // Root mean square errors by axis, N and N m, and over axes: F, M as NeuroBEM's table II.
 struct WrenchErrors {
@@ -97,7 +94,7 @@ struct WrenchScore {
 };
 
 struct WrenchFit {
-  std::vector<double> numbers, sigmas;  // WrenchResidual::kCount
+  std::vector<double> numbers, sigmas;  // of FittedRotors
   // What turns the vehicle of the model's net moment: about roll and pitch its fast part, and of
   // that, as of the moment about yaw, a share, by regression of the measured moment on it. The rest
   // cancels disturbances. The stated inertia over the share is the inertia that the flight shows.

@@ -72,7 +72,7 @@ YAML::Node FitNode(const PredictionSetup& setup, const PredictionFit& fit,
   node["converged"] = fit.converged;
   node["cost"] = Rounded(fit.cost, kScoreDigits);
   node["numbers"] =
-      NumbersNode(setup.numbers, fit.numbers, fit.sigmas, PredictionNumberInfo, kScoreDigits);
+      NumbersNode(setup.numbers, fit.numbers, fit.sigmas, kScoreDigits);
   for (std::size_t i = 0; i < kProcessNames.size(); ++i) {
     node["processes"][kProcessNames[i]] = ToYaml(fit.processes[i]);
   }
@@ -125,6 +125,10 @@ void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult
   WriteCsv(directory / "horizons.csv",
            "trajectory,predictor,average,horizon [1],p [m],v [m/s],R [rad],w [rad/s]",
            [&](std::ostream& out) { PrintHorizons(result, out); });
+  WriteFileAtomically(
+      directory / "model.yaml",
+      TextOf(FittedModelNode(experiment.setup.vehicle, experiment.setup.numbers, result.fit.numbers,
+                             result.fit.sigmas, node["provenance"])));
   WriteFileAtomically(directory / "summary.yaml", TextOf(node));
 }
 
@@ -152,8 +156,7 @@ std::string MultiStepBrief(const MultiStepResult& result) {
 
 std::string MultiStepTable(const MultiStepExperiment& experiment, const MultiStepResult& result) {
   return MultiStepBrief(result) + "\nnumbers (fitted to all training runs)\n" +
-         NumbersTable(experiment.setup.numbers, result.fit.numbers, result.fit.sigmas,
-                      PredictionNumberInfo);
+         NumbersTable(experiment.setup.numbers, result.fit.numbers, result.fit.sigmas);
 }
 
 namespace {

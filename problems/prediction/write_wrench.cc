@@ -35,8 +35,7 @@ YAML::Node FoldNode(const WrenchExperiment& experiment, const WrenchFold& fold) 
   node["test"] = fold.test;
   node["train"] = fold.train;
   node["rows"] = fold.fit.rows;
-  node["numbers"] = NumbersNode(experiment.numbers, fold.fit.numbers, fold.fit.sigmas,
-                                WrenchNumberInfo, kWrenchDigits);
+  node["numbers"] = NumbersNode(experiment.numbers, fold.fit.numbers, fold.fit.sigmas, kWrenchDigits);
   constexpr const char* kAxes[] = {"roll", "pitch", "yaw"};
   for (int axis = 0; axis < 3; ++axis) {
     node["share_of_moment"][kAxes[axis]] = Rounded(fold.fit.share[axis], kWrenchDigits);
@@ -79,7 +78,7 @@ std::string WrenchTable(const WrenchExperiment& experiment, const WrenchResult& 
   for (const WrenchFold& fold : result.folds) {
     table +=
         fmt::format("\nnumbers for {}, fitted to {}\n", fold.test, fmt::join(fold.train, ", "));
-    table += NumbersTable(experiment.numbers, fold.fit.numbers, fold.fit.sigmas, WrenchNumberInfo);
+    table += NumbersTable(experiment.numbers, fold.fit.numbers, fold.fit.sigmas);
     table += fmt::format(
         "  share of the net moment that turns the vehicle: {:.2f} in roll and {:.2f} in pitch, of "
         "moments faster than {:.3f} s and {:.3f} s late; {:.2f} in yaw\n",

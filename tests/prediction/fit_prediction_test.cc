@@ -10,14 +10,12 @@
 namespace trueline::testing_prediction {
 namespace {
 
-PredictionSetup SetupOf(const std::vector<double>& start) {
-  PredictionSetup setup;
-  setup.vehicle = SmallVehicle();
+PredictionSetup HeldSetup() {
+  PredictionSetup setup = SmallSetup();
   setup.learn_processes = false;
+  setup.processes = {};  // as RunOfModel
   setup.iterations = 30;
-  for (const double number : start) {
-    setup.numbers.push_back({number, number != 0.0 ? std::abs(number) : 1.0, false});
-  }
+  for (FittedNumber& number : setup.numbers) number.free = false;
   return setup;
 }
 
@@ -27,18 +25,18 @@ TEST(FitPrediction, RecoversNumbers) {
   for (int i = 0; i < 24; ++i) runs.push_back(RunOfModel(i % 2 ? "one" : "other", truth, i));
   std::vector<const PredictionRun*> pointers;
   for (const PredictionRun& run : runs) pointers.push_back(&run);
-  PredictionSetup setup = SetupOf(truth);
-  for (const int i : {int(RotorAir::kThrust), int(RotorAir::kDrag), int(RotorAir::kMoment),
-                      int(RotorAir::kInertia), int(WindowPrediction::kBraking)}) {
-    setup.numbers[i].free = true;
-    setup.numbers[i].start *= 1.1;
+  PredictionSetup setup = HeldSetup();
+  for (const char* name : {"k_f", "rotor_speed_drag.k", "M_u", "I_x", "b_w"}) {
+    FittedNumber& number = setup.numbers[IndexOf(name, setup.numbers)];
+    number.free = true;
+    number.start *= 1.1;
   }
   const PredictionFit fit = FitPrediction(setup, pointers, 0);  // all cores: the command's default
   EXPECT_EQ(fit.windows, 24);
   for (std::size_t i = 0; i < truth.size(); ++i) {
     EXPECT_NEAR(fit.numbers[i], truth[i], 0.01 * std::abs(truth[i]))
-        << PredictionNumberInfo(i).name;
-    EXPECT_EQ(fit.sigmas[i] > 0.0, setup.numbers[i].free) << PredictionNumberInfo(i).name;
+        << setup.numbers[i].name;
+    EXPECT_EQ(fit.sigmas[i] > 0.0, setup.numbers[i].free) << setup.numbers[i].name;
   }
 }
 
@@ -49,7 +47,7 @@ TEST(FitProcesses, KeepsNumbersThatAreRight) {
   for (int i = 0; i < 12; ++i) runs.push_back(RunOfModel("one", truth, i));
   std::vector<const PredictionRun*> pointers;
   for (const PredictionRun& run : runs) pointers.push_back(&run);
-  PredictionSetup setup = SetupOf(truth);
+  PredictionSetup setup = HeldSetup();
   FitProcesses(setup, truth, ChooseWindows(pointers, 12), 1, &setup.processes);
   for (const StabilisedProcessNumbers& n : setup.processes) {
     EXPECT_NEAR(n.length, StabilisedProcessNumbers{}.length, 1e-3);

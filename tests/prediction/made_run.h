@@ -1,41 +1,30 @@
 // Runs whose truth is known: what the model itself predicts.
 #pragma once
 
+#include <algorithm>
 #include <random>
 
-#include "problems/prediction/fit_prediction.h"
+#include "problems/prediction/multi_step_experiment.h"
 
 namespace trueline::testing_prediction {
 
-// A quadrotor of 45 g with numbers as config/experiments/nanodrone.yaml starts from.
-inline RotorAirVehicle SmallVehicle() {
-  RotorAirVehicle vehicle;
-  vehicle.mass = 0.045;
-  vehicle.radius = 0.0275;
-  vehicle.rotors = {{{0.0353, -0.0353, 0.0}, -1},
-                    {{-0.0353, -0.0353, 0.0}, 1},
-                    {{-0.0353, 0.0353, 0.0}, -1},
-                    {{0.0353, 0.0353, 0.0}, 1}};
-  return vehicle;
+// The quadrotor of 45 g and its numbers, as the shipped experiment starts from them.
+inline PredictionSetup SmallSetup() {
+  return ReadMultiStepExperiment(std::filesystem::path(TRUELINE_TEST_SOURCE_DIR) /
+                                 "config/experiments/nanodrone.yaml")
+      .setup;
 }
+inline PredictedVehicle SmallVehicle() { return SmallSetup().vehicle; }
 
 inline std::vector<double> SmallNumbers() {
-  std::vector<double> c(WindowPrediction::kCount, 0.0);
-  c[RotorAir::kThrust] = 0.01725;
-  c[RotorAir::kThrustInflow] = 0.033;
-  c[RotorAir::kDrag] = 0.0346;
-  c[RotorAir::kMoment] = 0.042;
-  c[RotorAir::kTorque] = 0.00243;
-  c[RotorAir::kRotorInertia] = 2.7e-8;
-  c[RotorAir::kInertia] = 2.7e-5;
-  c[RotorAir::kInertia + 1] = 3.0e-5;
-  c[RotorAir::kInertia + 2] = 3.2e-5;
-  c[RotorAir::kWakeLag] = 0.05;
-  c[WindowPrediction::kVelocity] = 0.1;
-  c[WindowPrediction::kVelocity + 1] = 0.7;
-  c[WindowPrediction::kRateShare] = 1.0;
-  c[WindowPrediction::kBraking] = 0.14;
+  std::vector<double> c;
+  for (const FittedNumber& number : SmallSetup().numbers) c.push_back(number.start);
   return c;
+}
+
+// Of a number, by name.
+inline std::size_t IndexOf(const std::string& name, const std::vector<FittedNumber>& numbers) {
+  return std::ranges::find(numbers, name, &FittedNumber::name) - numbers.begin();
 }
 
 // A run of one window from a random state under random speeds about hover; its later rows are what

@@ -84,7 +84,8 @@ class Predictions(unittest.TestCase):
         (self.folder / "train").mkdir()
         self.config = yaml.safe_load((SOURCE / "config/experiments/nanodrone.yaml").read_text())
         for name, number in self.config["numbers"].items():
-            number["free"] = name == "C_T"  # these runs show nothing else
+            number["free"] = name == "k_f"  # these runs show nothing else
+        self.config["effects"] = []
         self.config["numbers"]["b_w"]["start"] = 0.0  # they swing on at any speed
         self.config["processes"]["learn"] = False
 

@@ -35,22 +35,21 @@ TEST(WindowPrediction, AHeadingFarFromZeroIsNotHeld) {
 struct BlindFlight {
   static constexpr double kSwing = 1.5, kSize = 0.6, kStart = 0.3;  // rad/s, m; phase
   std::vector<double> numbers = testing_prediction::SmallNumbers();
-  RotorAir air{testing_prediction::SmallVehicle()};
+  FittedRotors vehicle = testing_prediction::SmallVehicle().Model();
   double drag = 0.0;  // 1/s
 
   BlindFlight() {
-    for (const int i : {int(RotorAir::kThrustInflow), int(RotorAir::kMoment),
-                        int(RotorAir::kRotorInertia), int(WindowPrediction::kBraking)}) {
-      numbers[i] = 0.0;
+    const auto names = testing_prediction::SmallSetup().numbers;
+    for (const char* name : {"inflow", "L_p", "M_q", "N_r", "L_v", "M_u", "J_r", "b_w"}) {
+      numbers[testing_prediction::IndexOf(name, names)] = 0.0;
     }
-    const auto rotors = Rotors(0.0, 0.0);
-    drag = air.LinearDrag(numbers.data(), rotors.data());
+    drag = vehicle.LinearDrag(&numbers[WindowPrediction::kRotors], Rotors(0.0, 0.0));
   }
 
   // x, v, pitch, its rate and acceleration, logged pitch.
   Eigen::Matrix<double, 6, 1> At(double t) const {
     constexpr std::complex<double> kRate(0.0, kSwing);
-    const double g = air.vehicle().gravity;
+    const double g = vehicle.gravity();
     const std::complex<double> x = std::polar(kSize, kSwing * t + kStart), v = kRate * x,
                                pitch = (kRate * v + drag * v) / g,
                                logged = pitch - drag / g * v / (1.0 + kRate);
@@ -59,18 +58,17 @@ struct BlindFlight {
         (kRate * kRate * pitch).real(), logged.real();
     return state;
   }
-  std::array<RotorMotion, 4> Rotors(double pitch, double turn) const {
-    const RotorAirVehicle& vehicle = air.vehicle();
-    const double lift =
-        vehicle.air_density * M_PI * std::pow(vehicle.radius, 4) * numbers[RotorAir::kThrust];
-    std::array<RotorMotion, 4> rotors;
-    for (int i = 0; i < 4; ++i) {
-      const double arm = vehicle.rotors[i].position.x();
-      const double thrust = 0.25 * vehicle.mass * vehicle.gravity / std::cos(pitch) -
-                            0.25 * numbers[RotorAir::kInertia + 1] * turn / arm;
-      rotors[i].speed = std::sqrt(thrust / lift);
+  RotorInput Rotors(double pitch, double turn) const {
+    const double* constants = &numbers[WindowPrediction::kRotors];
+    const double mass = constants[FittedRotors::NumberOf(RotorDrivenModel::kMass)];
+    const double inertia = constants[FittedRotors::NumberOf(RotorDrivenModel::kInertia + 1)];
+    RotorInput input;
+    for (const Rotor& rotor : testing_prediction::SmallVehicle().rotors) {
+      const double thrust = 0.25 * mass * vehicle.gravity() / std::cos(pitch) -
+                            0.25 * inertia * turn / rotor.position.x();
+      input.speeds.push_back(std::sqrt(thrust / rotor.k_f));
     }
-    return rotors;
+    return input;
   }
   PredictionWindow Window(double t) const {
     PredictionWindow window;
@@ -92,7 +90,7 @@ struct BlindFlight {
     const WindowPrediction::Process process = {StabilisedProcess(undisturbed),
                                                StabilisedProcess(undisturbed)};
     const FusedVelocity velocity(FusedVelocityNumbers{});
-    const WindowPrediction prediction(air, process, velocity, fast);
+    const WindowPrediction prediction(vehicle, process, velocity, fast);
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
     for (int i = 0; i < 20; ++i) {
       PredictedStates<double> states;
@@ -120,7 +118,7 @@ TEST(WindowPrediction, BrakesAgainstTheSpeed) {
   window.v = {0.5, -0.8, 0.0};
   window.q = Turned(0.0, 0.0);
   window.w.setZero();
-  for (auto& rotors : window.rotors) rotors.fill({.speed = 1722.0});
+  window.rotors.fill({0.0, std::vector<double>(4, 1722.0)});
   std::vector<double> numbers = testing_prediction::SmallNumbers();
   const auto rates = [&](double braking) {
     numbers[WindowPrediction::kBraking] = braking;
