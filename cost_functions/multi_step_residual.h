@@ -49,7 +49,7 @@ class MultiStepResidual {
     for (std::size_t i = 0; i < WindowTruth::kHorizons.size(); ++i) {
       const PredictedState<T>& state = states[WindowTruth::kHorizons[i] - 1];
       const WindowTruth::State& truth = truth_.states[i];
-      T* out = residuals + std::size_t{3 * kQuantities} * i;
+      T* out = residuals + std::size_t{3} * kQuantities * i;
       Put(Vec3<T>(T(0.0), T(0.0), state.p[2] - T(truth.z)), 0, out);
       Put(Vec3<T>(state.v - truth.v.cast<T>()), 1, out);
       Put(Rotation(truth.q, state.q), 2, out);
