@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cost_functions/huber.h"
+#include "problems/diagnosis/thresholds.h"
 #include "problems/result/statistics.h"
 #include "problems/vgd/attitude_errors.h"
 #include "problems/vgd/smooth_attitude.h"
@@ -95,7 +96,6 @@ std::vector<StreamComparison> IndependentComparisons(const MocapComparison& moca
 }
 
 VectorXd RobustWeightsByAxis(const VectorXd& residual) {
-  constexpr double kEdge = 4.0;  // scales: least squares, but for outliers
   VectorXd weight = VectorXd::Zero(residual.size());
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> sizes;
@@ -106,7 +106,7 @@ VectorXd RobustWeightsByAxis(const VectorXd& residual) {
     const double scale = std::max(1e-9, SigmaOfSizes(std::move(sizes)));
     for (Eigen::Index row = axis; row < residual.size(); row += 3) {
       const double u = std::abs(residual[row]) / scale;
-      if (u > 0.0) weight[row] = HuberWeight(kEdge, u) / (scale * scale);
+      if (u > 0.0) weight[row] = HuberWeight(kOutlierSigmas, u) / (scale * scale);
     }
   }
   return weight;

@@ -9,8 +9,6 @@
 namespace trueline {
 namespace {
 
-constexpr double kHuber = kForceHuber;  // of fixes and force samples alike
-
 // Calls visit(first row, rows, sigma) for every fix and force sample.
 template <class Visit>
 void ForEachMeasurement(const BaseFlight& flight, const NoiseStrengths& noise, Visit&& visit) {
@@ -27,7 +25,7 @@ Eigen::VectorXd RobustWeights(const BaseFlight& flight, const Eigen::VectorXd& r
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(flight.measurement_rows());
   ForEachMeasurement(flight, noise, [&](int row, int size, double sigma) {
     const double norm = r.segment(row, size).norm() / sigma;
-    weight.segment(row, size).setConstant(std::sqrt(HuberWeight(kHuber, norm)));
+    weight.segment(row, size).setConstant(std::sqrt(HuberWeight(kForceHuber, norm)));
   });
   return weight;
 }
@@ -45,7 +43,7 @@ double Cost(const BaseFlight& flight, const FlightRows& rows, const FlightUnknow
   double sum = x.theta.squaredNorm() + columns.precision.dot(columns.value.cwiseAbs2());
   ForEachMeasurement(flight, noise, [&](int row, int size, double sigma) {
     const double norm = rows.r.segment(row, size).norm() / sigma;
-    sum += HuberCost(kHuber, norm);
+    sum += HuberCost(kForceHuber, norm);
   });
   return 0.5 * sum + ProcessCost(flight, rows, x, noise);
 }

@@ -7,6 +7,8 @@
 #include "cost_functions/drag_residual.h"
 #include "cost_functions/fix_residual.h"
 #include "problems/common/error.h"
+#include "problems/diagnosis/agreement.h"
+#include "problems/diagnosis/thresholds.h"
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/term_series.h"
 
@@ -147,7 +149,6 @@ Eigen::Matrix<double, 6, 1> BaseFlight::StateAtFix(std::size_t i) const {
 
 namespace {
 
-constexpr double kMargin = 0.3;   // s, around passes: effects move fixes and attitude in time
 constexpr int kMinClusters = 4;   // fewer clusters give no usable scatter
 constexpr double kCluster = 2.0;  // s; a longer run of fixes (mocap) gives several clusters
 
@@ -158,7 +159,7 @@ struct Stretch {
 // Joins passes that can be integrated through to stretches.
 std::vector<Stretch> FindStretches(const FlightData& flight) {
   std::vector<Stretch> stretches;
-  const TimeNs margin = FromSeconds(kMargin);
+  const TimeNs margin = FromSeconds(kMovedBy);
   for (std::size_t i = 0; i < flight.passes.size(); ++i) {
     const Pass& pass = flight.passes[i];
     if (i > 0 && flight.HasArc(static_cast<int>(i)) && !stretches.empty()) {
@@ -194,13 +195,6 @@ std::vector<TimeNs> ClusterStarts(const FlightData& flight) {
   return starts;
 }
 
-// There is mocap, and it is not among the fixes (gate -1) already.
-bool MayFitToMocap(const FlightLog& log) {
-  const bool is_fitted =
-      std::any_of(log.fixes.begin(), log.fixes.end(), [](const Fix& fix) { return fix.gate < 0; });
-  return !log.mocap.empty() && !is_fitted;
-}
-
 }  // namespace
 
 FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) {
@@ -229,12 +223,13 @@ FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) 
     }
   }
   if (plan.clusters < kMinClusters || plan.segments.empty()) {
-    throw NoUsableResult(fmt::format(
-        "{}: {} passes of fixes are too few for a diagnosis, which needs {} or more; "
-        "fly more laps{}",
-        flight.log.directory, plan.clusters, kMinClusters,
-        MayFitToMocap(flight.log) ? ", or fit to mocap (--fit_to=mocap) if it covers more"
-                                  : ", or log attitude and positions for the whole flight"));
+    const bool may_fit_to_mocap = !flight.log.mocap.empty() && !IsFittedToMocap(flight.log);
+    throw NoUsableResult(
+        fmt::format("{}: {} passes of fixes are too few for a diagnosis, which needs {} or more; "
+                    "fly more laps{}",
+                    flight.log.directory, plan.clusters, kMinClusters,
+                    may_fit_to_mocap ? ", or fit to mocap (--fit_to=mocap) if it covers more"
+                                     : ", or log attitude and positions for the whole flight"));
   }
   return plan;
 }

@@ -12,6 +12,13 @@ constexpr int kSteps = 12;  // times tried for a step effect; the best one is re
 
 }  // namespace
 
+Eigen::VectorXd EachOf(const std::vector<EffectParameterInfo>& parameters,
+                       double EffectParameterInfo::*what) {
+  Eigen::VectorXd all(std::ssize(parameters));
+  std::ranges::transform(parameters, all.begin(), what);
+  return all;
+}
+
 Candidate Candidate::OfTerm(const TermForm& form, double step) {
   auto info = std::make_shared<EffectInfo>(TermInfo(form.on));
   info->parameters.front().step = step;
@@ -24,18 +31,6 @@ Effect Candidate::At(const Eigen::VectorXd& parameters) const {
   Effect effect{info->id, fixed, term};
   for (int i = 0; i < size(); ++i) effect.values[info->parameters[i].name] = parameters[i];
   return effect;
-}
-
-Eigen::VectorXd Candidate::Neutral() const {
-  Eigen::VectorXd neutral(size());
-  for (int i = 0; i < size(); ++i) neutral[i] = info->parameters[i].neutral;
-  return neutral;
-}
-
-Eigen::VectorXd Candidate::Ordinary() const {
-  Eigen::VectorXd ordinary(size());
-  for (int i = 0; i < size(); ++i) ordinary[i] = info->parameters[i].ordinary;
-  return ordinary;
 }
 
 std::string Candidate::Label() const {
@@ -84,6 +79,12 @@ std::vector<Candidate> Without(std::vector<Candidate> candidates, const std::vec
                        [&](const Found& f) { return IsOneOf(c, f.candidate); });
   });
   return candidates;
+}
+
+double ShareLeft(const Eigen::VectorXd& part, const Eigen::VectorXd& whole,
+                 const Eigen::VectorXd& unit) {
+  const Eigen::VectorXd sizes = whole.cwiseQuotient(unit);
+  return sizes.dot(part.cwiseQuotient(unit)) / sizes.squaredNorm();
 }
 
 bool Plausible(const Candidate& candidate, const Eigen::VectorXd& value) {

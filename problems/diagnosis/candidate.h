@@ -12,6 +12,9 @@
 
 namespace trueline {
 
+Eigen::VectorXd EachOf(const std::vector<EffectParameterInfo>& parameters,
+                       double EffectParameterInfo::*what);
+
 // An effect with its discrete parameters (gate, rotor, t_step) fixed.
 struct Candidate {
   const EffectInfo* info;
@@ -28,9 +31,14 @@ struct Candidate {
   bool IsStep() const { return fixed.count("t_step") > 0; }
   // The effect with these values of the estimated parameters.
   Effect At(const Eigen::VectorXd& parameters) const;
-  Eigen::VectorXd Neutral() const;
-  Eigen::VectorXd Ordinary() const;  // sizes that every vehicle has
-  std::string Label() const;         // id, with gate, rotor or time where there is one
+  // Of each estimated parameter.
+  Eigen::VectorXd EachOf(double EffectParameterInfo::*what) const {
+    return trueline::EachOf(info->parameters, what);
+  }
+  Eigen::VectorXd Neutral() const { return EachOf(&EffectParameterInfo::neutral); }
+  // Sizes that every vehicle has.
+  Eigen::VectorXd Ordinary() const { return EachOf(&EffectParameterInfo::ordinary); }
+  std::string Label() const;  // id, with gate, rotor or time where there is one
   bool operator==(const Candidate& other) const {
     return info == other.info && fixed == other.fixed;
   }
@@ -68,6 +76,10 @@ bool IsOneOf(const Candidate& a, const Candidate& b);
 // Removes those that are in the model. Another gate or rotor may still be added, another time of a
 // step effect may not.
 std::vector<Candidate> Without(std::vector<Candidate> candidates, const std::vector<Found>& found);
+
+// How much of the size `whole` is in `part`, both in these units; 1: all.
+double ShareLeft(const Eigen::VectorXd& part, const Eigen::VectorXd& whole,
+                 const Eigen::VectorXd& unit);
 
 // True if the value is within the range of real vehicles and of a physical sign.
 bool Plausible(const Candidate& candidate, const Eigen::VectorXd& value);

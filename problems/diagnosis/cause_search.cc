@@ -27,10 +27,9 @@ std::vector<Cause> CausesFrom(const Rounds& rounds, const DiagnosedFlight& fligh
     const Eigen::VectorXd sigma =
         (test.sigma.cwiseAbs2() + f.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
     std::vector<std::string> confused = rounds.confused[i];
-    for (std::string& name : ConfusedConstants(*fit, rounds.found, i, constants)) {
-      confused.push_back(std::move(name));
-    }
-    causes.push_back({f.candidate, f.value, sigma, rounds.p[i], confused, Gain(), Gain(), {}, {}});
+    const auto more = ConfusedConstants(*fit, rounds.found, i, constants);
+    confused.insert(confused.end(), more.begin(), more.end());
+    causes.push_back({f.candidate, f.value, sigma, rounds.p[i], confused});
     causes.back().evidence.flight = FlightEvidenceOf(test, PriorSizes(*f.candidate.info));
     causes.back().evidence.prior = PriorEvidenceOf(f.candidate.id(), rounds.candidates);
   }
@@ -56,28 +55,26 @@ class NamedCauseSearch {
   // A cause that is set aside may have kept a correlated one out of the model. Searches again
   // without such causes, at all gates and times; what names more by the sum of its evidence counts.
   NamedCauses Run(Flight flight) {
-    constexpr int kSearches = 2;
     std::vector<Candidate> candidates = AllCandidates(*flight);
     NamedCauses best = SearchAmong(candidates, std::move(flight));
     const std::vector<CandidateReport> reports = best.rounds.candidates;
     const auto tests = best.rounds.tests;
     const std::vector<Cause> first = best.rounds.first;
-    std::vector<Cause> all_aside = best.set_aside, aside = best.set_aside;
-    for (int i = 1; i < kSearches; ++i) {
-      std::size_t fewer = 0;  // none if a false gate alone is set aside, which is no candidate
-      for (const Cause& cause : aside) {
-        fewer += std::erase_if(candidates,
-                               [&](const Candidate& c) { return c.info == cause.candidate.info; });
-      }
-      if (fewer == 0) break;
-      NamedCauses next = SearchAmong(candidates, best.flight->WithoutCauses());
-      aside = next.set_aside;
-      std::erase_if(aside, [](const Cause& c) { return c.candidate.IsFalseGate(); });
-      if (TotalOf(next.causes) <= TotalOf(best.causes)) continue;
-      best = std::move(next);
-      all_aside.insert(all_aside.end(), aside.begin(), aside.end());
+    std::vector<Cause> aside = best.set_aside;
+    std::size_t fewer = 0;  // none if a false gate alone is set aside, which is no candidate
+    for (const Cause& cause : aside) {
+      fewer += std::erase_if(candidates,
+                             [&](const Candidate& c) { return c.info == cause.candidate.info; });
     }
-    best.set_aside = all_aside;
+    if (fewer > 0) {
+      NamedCauses next = SearchAmong(candidates, best.flight->WithoutCauses());
+      std::ranges::copy_if(next.set_aside, std::back_inserter(aside),
+                           [](const Cause& c) { return !c.candidate.IsFalseGate(); });
+      if (TotalOf(next.causes) > TotalOf(best.causes)) {
+        best = std::move(next);
+        best.set_aside = aside;
+      }
+    }
     best.candidates = reports;
     best.tests = tests;
     best.explained = Explained(first, best);

@@ -9,8 +9,7 @@
 namespace trueline {
 namespace {
 
-constexpr double kOpenPosition = 100.0, kOpenVelocity = 50.0;  // m, m/s: prior sigma of an unknown
-                                                               // initial state
+constexpr double kOpen = 100.0;  // m and m/s, prior sigma of an unknown initial state
 
 // Copies a row of the flight, times w, to row `at` of the stack.
 void CopyRow(const LinearFlight& linear, int row, double w, int at, SegmentRows* stack) {
@@ -23,32 +22,21 @@ void CopyRow(const LinearFlight& linear, int row, double w, int at, SegmentRows*
   border[kThetaSize + columns] = w * linear.rows.r[row];
 }
 
-template <class Sigma>
-SegmentRows MeasurementStack(const LinearFlight& linear, int segment, bool fixes,
-                             Sigma&& sigma_of) {
+// Fixes of a segment, their sigmas times `scale`; or its forces, of the sigma `scale`.
+SegmentRows MeasurementStack(const LinearFlight& linear, int segment, bool fixes, double scale) {
   std::vector<int> chosen;
   for (const int row : linear.flight.RowsOfSegment(segment)) {
     if (linear.flight.IsFix(row) == fixes) chosen.push_back(row);
   }
   SegmentRows stack(static_cast<int>(chosen.size()), linear.width());
   for (int at = 0; at < static_cast<int>(chosen.size()); ++at) {
-    const double sigma = sigma_of(chosen[at]);
+    const double sigma = scale * (fixes ? linear.flight.FixSigma(chosen[at]) : 1.0);
     stack.id[at] = chosen[at];
     stack.cluster[at] = linear.flight.ClusterOfRow(chosen[at]);
     stack.log_weights -= std::log(sigma);
     CopyRow(linear, chosen[at], linear.weight[chosen[at]] / sigma, at, &stack);
   }
   return stack;
-}
-
-// Fixes (or forces) of a segment, their sigmas times `scale`.
-SegmentRows FixStack(const LinearFlight& linear, int segment, double scale) {
-  return MeasurementStack(linear, segment, true,
-                          [&](int row) { return scale * linear.flight.FixSigma(row); });
-}
-
-SegmentRows ForceStack(const LinearFlight& linear, int segment, double sigma) {
-  return MeasurementStack(linear, segment, false, [&](int) { return sigma; });
 }
 
 bool StartsStretch(const FlightPlan& plan, int segment) {
@@ -70,8 +58,7 @@ NodeVector LinkError(const BaseFlight& flight, const FlightRows& rows, const Fli
 NodeVector StartWeights(const BaseFlight& flight, const NoiseStrengths& noise) {
   NodeVector w;
   w << flight.scaling().DriftUnit().cwiseQuotient(noise.process.StartSigma()),
-      Eigen::Vector3d::Constant(1.0 / kOpenPosition),
-      Eigen::Vector3d::Constant(1.0 / kOpenVelocity),
+      Eigen::Matrix<double, kStateSize, 1>::Constant(1.0 / kOpen),
       Eigen::Vector2d::Constant(1.0 / noise.process.gust);
   return w;
 }
@@ -171,8 +158,8 @@ Columns Columns::With(const Columns& more) const {
 }
 
 SegmentRows RowsOf(const LinearFlight& linear, int s, const NoiseStrengths& noise) {
-  SegmentRows rows = FixStack(linear, s, noise.fix_scale);
-  rows.Add(ForceStack(linear, s, noise.force_sigma));
+  SegmentRows rows = MeasurementStack(linear, s, true, noise.fix_scale);
+  rows.Add(MeasurementStack(linear, s, false, noise.force_sigma));
   rows.Add(LinkStack(linear, s, noise));
   rows.Add(StartStack(linear, s, noise));
   return rows;
@@ -230,8 +217,8 @@ NoisyFlight::NoisyFlight(const LinearFlight& linear)
     return Measurements{Compressed(rows), stack.count(), stack.log_weights};
   };
   for (int s = 0; s < static_cast<int>(linear.flight.plan().segments.size()); ++s) {
-    segments_.push_back({measured(FixStack(linear, s, 1.0)), measured(ForceStack(linear, s, 1.0)),
-                         PathRows(linear, s)});
+    segments_.push_back({measured(MeasurementStack(linear, s, true, 1.0)),
+                         measured(MeasurementStack(linear, s, false, 1.0)), PathRows(linear, s)});
   }
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/diagnosis/confirm.h"
 #include "problems/diagnosis/rules.h"
 
 namespace trueline {
@@ -14,7 +13,7 @@ void ChooseTerms(const std::vector<Found>& terms, Diagnosis* diagnosis, std::vec
   std::size_t next = 0;
   for (DescribedTerm& t : diagnosis->open.described) {
     if (!t.in_model) continue;
-    t.in_model = !TermIsContradicted(t);
+    t.in_model = t.confirmed.value_or(true);
     if (t.in_model) model->push_back(terms[next]);
     ++next;
   }
@@ -31,9 +30,10 @@ void AddTermsToModel(const std::vector<Found>& model, std::size_t first, Diagnos
 
 }  // namespace
 
-void WidenByChange(const std::vector<ModelParameter>& with, std::vector<ModelParameter>* without) {
-  for (ModelParameter& estimate : *without) {
-    const auto before = std::ranges::find(with, estimate.name, &ModelParameter::name);
+void WidenByChange(const std::vector<ParameterEstimate>& with,
+                   std::vector<ParameterEstimate>* without) {
+  for (ParameterEstimate& estimate : *without) {
+    const auto before = std::ranges::find(with, estimate.name, &ParameterEstimate::name);
     if (before == with.end()) continue;
     estimate.sigma = std::hypot(estimate.sigma, estimate.value - before->value);
   }

@@ -14,6 +14,7 @@ void ChooseModel(const Rounds& rounds, const std::vector<Found>& terms, Diagnose
 
 // What a model lacks was significant, so that the constants may be those of the fit with it: the
 // intervals of `without` come to contain both.
-void WidenByChange(const std::vector<ModelParameter>& with, std::vector<ModelParameter>* without);
+void WidenByChange(const std::vector<ParameterEstimate>& with,
+                   std::vector<ParameterEstimate>* without);
 
 }  // namespace trueline

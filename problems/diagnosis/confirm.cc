@@ -5,7 +5,9 @@
 #include <algorithm>
 
 #include "problems/common/error.h"
+#include "problems/diagnosis/false_gate.h"
 #include "problems/diagnosis/score_test.h"
+#include "problems/diagnosis/thresholds.h"
 #include "problems/log/fixes.h"
 #include "problems/vgd/term_series.h"
 
@@ -13,9 +15,6 @@ namespace trueline {
 namespace {
 
 constexpr char kNotTested[] = "can't be tested";
-constexpr double kAlpha = 0.05;  // a single test: the hypothesis comes from another flight
-constexpr double kApartCauses = 3.0, kApartTerms = 2.0;  // sigmas
-constexpr double kSamePlace = 0.5;                       // m
 
 // Sizes of an effect, from its neutral value, with their standard deviations.
 struct Sizes {
@@ -24,13 +23,11 @@ struct Sizes {
 
 // True if signs agree and sizes are compatible: by their ratio, or within `apart` sigmas.
 bool Agree(const Sizes& first, const Sizes& other, double apart) {
-  const Eigen::VectorXd a = first.value.cwiseQuotient(first.sigma);
-  const Eigen::VectorXd b = other.value.cwiseQuotient(first.sigma);
-  const double ratio = a.dot(b) / a.squaredNorm();
+  const double ratio = ShareLeft(other.value, first.value, first.sigma);
   if (ratio <= 0.0) return false;
   const Eigen::VectorXd both = (other.sigma.cwiseAbs2() + first.sigma.cwiseAbs2()).cwiseSqrt();
   const double sigmas = (other.value - first.value).cwiseQuotient(both).cwiseAbs().maxCoeff();
-  return sigmas < apart || (ratio > 0.5 && ratio < 2.0);
+  return sigmas < apart || (ratio > kMostOf && ratio < 1.0 / kMostOf);
 }
 
 // True if the flight can show the effect and its gate, if any, is at the same place.
@@ -47,25 +44,19 @@ bool Testable(const Candidate& candidate, const FlightLog& first, const Diagnose
          (here->position - there->position).norm() < kSamePlace;
 }
 
-Eigen::Vector3d OffsetOf(const Cause& false_gate) {
-  const auto& fixed = false_gate.candidate.fixed;
-  return {fixed.at("dx"), fixed.at("dy"), fixed.at("dz")};
-}
-
 Repeat RepeatOfFalseData(const Cause& cause, const DiagnosedFlight& flight) {
-  const auto found = flight.FindFalseData(kAlpha);
-  if (!found) return {"", "not shown", {}, {}, 1.0};
-  const bool same = (OffsetOf(*found) - OffsetOf(cause)).norm() < kSamePlace;
+  const auto found = flight.FindFalseData(kSingleAlpha);
+  if (!found) return {"", "not shown"};
+  const bool same = (OffsetOf(found->candidate) - OffsetOf(cause.candidate)).norm() < kSamePlace;
   return {"", same ? "repeats" : "differs", found->value, found->sigma, found->p};
 }
 
-// The result of a cause fitted at `value` and tested singly.
-Repeat RepeatOf(const Cause& cause, const Eigen::VectorXd& value, const ScoreTest& test) {
-  const Eigen::VectorXd neutral = cause.candidate.Neutral();
-  const bool agree =
-      Agree({cause.value - neutral, cause.sigma}, {value - neutral, test.sigma}, kApartCauses);
+// The result of an effect that is fitted at `value` and tested singly.
+Repeat RepeatOf(const Sizes& first, const Eigen::VectorXd& value, const Eigen::VectorXd& neutral,
+                const ScoreTest& test, double apart) {
+  const bool agree = Agree(first, {value - neutral, test.sigma}, apart);
   const char* outcome = "not shown";
-  if (test.p() < kAlpha) outcome = agree ? "repeats" : "differs";
+  if (test.p() < kSingleAlpha) outcome = agree ? "repeats" : "differs";
   return {"", outcome, value, test.sigma, test.p()};
 }
 
@@ -75,34 +66,27 @@ bool GoesWithVoltage(const TermForm& term) {
 }
 
 // The term numbered k of `fit`, tested beside the others.
-TermRepeat RepeatOfTerm(const DescribedTerm& first, const Linearisation& fit, std::size_t k) {
+Repeat RepeatOfTerm(const DescribedTerm& first, const Linearisation& fit, std::size_t k) {
   std::vector<int> beside = fit.nuisances;
   for (std::size_t i = 0; i < fit.terms.size(); ++i) {
     if (i != k) beside.push_back(fit.terms[i].columns.front());
   }
   const ScoreTest test = TestColumns(fit, beside, fit.terms[k].columns, Eigen::VectorXd::Zero(1));
-  const Sizes before{Eigen::VectorXd::Constant(1, first.size.value),
-                     Eigen::VectorXd::Constant(1, first.size.sigma)};
-  const bool agree = Agree(before, {test.value, test.sigma}, kApartTerms);
-  return {"", {test.value[0], test.sigma[0]}, test.p() < kAlpha && agree ? "repeats" : "not shown"};
+  const auto vector = [](double x) -> Eigen::VectorXd { return Eigen::VectorXd::Constant(1, x); };
+  return RepeatOf({vector(first.size.value), vector(first.size.sigma)}, test.value, vector(0.0),
+                  test, kChanceSigmas);
 }
 
 // Whether it repeats on more than half of the flights that can test it; empty if there are none. A
 // flight that lacks what belongs to another one (`of_one_flight`) does not tell.
-template <class Outcome>
-std::optional<bool> MostRepeat(const std::vector<Outcome>& outcomes, bool of_one_flight) {
+std::optional<bool> MostRepeat(const std::vector<Repeat>& outcomes, bool of_one_flight) {
   const auto count = [&](const char* outcome) {
-    return std::ranges::count(outcomes, outcome, &Outcome::outcome);
+    return std::ranges::count(outcomes, outcome, &Repeat::outcome);
   };
   const auto tested = std::ssize(outcomes) - count(kNotTested);
   const bool most = 2 * count("repeats") > tested;
   if (tested == 0 || (of_one_flight && !most)) return std::nullopt;
   return most;
-}
-
-std::optional<bool> Confirmed(const DescribedTerm& term) {
-  return MostRepeat(term.repeats,
-                    IsOfOneFlight({"term", {}, std::make_shared<TermForm>(term.term)}));
 }
 
 // Adds to each cause of the flight with the log `first` its estimate on `flight`.
@@ -114,7 +98,7 @@ void AddRepeats(const FlightLog& first, DiagnosedFlight* flight, std::vector<Cau
   });
   if (false_gate) flight->Fit(&found);  // FindFalseData needs a fit without causes
   for (Cause& cause : *causes) {
-    cause.repeats.push_back({"", kNotTested, {}, {}, 1.0});
+    cause.repeats.push_back({"", kNotTested});
     if (cause.candidate.IsFalseGate()) {
       cause.repeats.back() = RepeatOfFalseData(cause, *flight);
     } else if (Testable(cause.candidate, first, *flight)) {
@@ -127,7 +111,10 @@ void AddRepeats(const FlightLog& first, DiagnosedFlight* flight, std::vector<Cau
   if (!found.empty()) {
     const auto fit = flight->Linearise({}, false);
     for (std::size_t k = 0; k < found.size(); ++k) {
-      tested[k]->repeats.back() = RepeatOf(*tested[k], found[k].value, TestFound(*fit, found, k));
+      const Cause& cause = *tested[k];
+      const Eigen::VectorXd neutral = cause.candidate.Neutral();
+      tested[k]->repeats.back() = RepeatOf({cause.value - neutral, cause.sigma}, found[k].value,
+                                           neutral, TestFound(*fit, found, k), kApartSigmas);
     }
   }
   for (Cause& cause : *causes) cause.repeats.back().log = flight->log().directory;
@@ -138,7 +125,7 @@ void AddTermRepeats(const DiagnosedFlight& other, std::vector<DescribedTerm>* te
   std::vector<TermForm> columns;
   std::vector<DescribedTerm*> tested;
   for (DescribedTerm& t : *terms) {
-    t.repeats.push_back({other.log().directory, {}, kNotTested});
+    t.repeats.push_back({other.log().directory, kNotTested});
     if (GoesWithVoltage(t.term) && other.log().battery.empty()) continue;
     tested.push_back(&t);
     columns.push_back(t.term);
@@ -180,6 +167,10 @@ void FurtherFlights::Confirm(std::vector<Cause>* causes) {
 void FurtherFlights::Confirm(std::vector<DescribedTerm>* terms) {
   if (terms->empty()) return;
   for (const auto& flight : All()) AddTermRepeats(*flight, terms);
+  for (DescribedTerm& t : *terms) {
+    t.confirmed =
+        MostRepeat(t.repeats, IsOfOneFlight({"term", {}, std::make_shared<TermForm>(t.term)}));
+  }
 }
 
 void JudgeRepeats(std::vector<Cause>* causes) {
@@ -187,9 +178,5 @@ void JudgeRepeats(std::vector<Cause>* causes) {
     cause.confirmed = MostRepeat(cause.repeats, cause.candidate.info->of_one_flight);
   }
 }
-
-bool TermRepeats(const DescribedTerm& term) { return Confirmed(term).value_or(false); }
-
-bool TermIsContradicted(const DescribedTerm& term) { return !Confirmed(term).value_or(true); }
 
 }  // namespace trueline

@@ -24,8 +24,8 @@ class FurtherFlights {
   // effect with a time of its own (a load that drops) cannot be tested on another flight.
   void Confirm(std::vector<Cause>* causes);
 
-  // Stores in each term what the others, fitted with the causes last confirmed, say of it. A term
-  // of the battery's voltage is not shown by a log without it.
+  // The same for terms, beside the causes last confirmed. A term of the battery's voltage is not
+  // shown by a log without it.
   void Confirm(std::vector<DescribedTerm>* terms);
 
   // None where all logs fail to be diagnosed; they are read when first needed.
@@ -47,9 +47,5 @@ class FurtherFlights {
 // is not if it does not. Nothing is said where none can, and of what belongs to one flight (a wind)
 // where others lack it.
 void JudgeRepeats(std::vector<Cause>* causes);
-
-// The same of a term: confirmed, and not.
-bool TermRepeats(const DescribedTerm& term);
-bool TermIsContradicted(const DescribedTerm& term);
 
 }  // namespace trueline

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -28,23 +29,11 @@ struct ReplayError {
 
 // Variables that a replay's error may be correlated with, at the replay's middle.
 struct ReplaySituation {
-  double time, speed, acceleration, thrust, rate;  // s, m/s, m/s^2, m/s^2, rad/s
-  double heading, gate_distance, height, battery;  // rad, m, m, V; NaN where not logged
-  int gate;                                        // of the nearest fix within a second; -1: none
-  double north, east;                              // m
-};
-
-// Whitened residuals of a fit.
-struct Residuals {
-  struct Row {
-    double t;          // s
-    const char* kind;  // fix, force, ...
-    int gate;          // -1 for none
-    Eigen::Vector3d sigmas;
-  };
-  std::vector<Row> rows;
-  double rms = 0.0;          // of the rows that the drive judges a model by
-  double whiteness_p = 1.0;  // WhitenessOf
+  static constexpr double kNotLogged = std::numeric_limits<double>::quiet_NaN();
+  double time, speed, acceleration = 0.0, thrust, rate;         // s, m/s, m/s^2, m/s^2, rad/s
+  double heading, gate_distance = kNotLogged, height, battery;  // rad, m, m, V
+  int gate = -1;       // of the nearest fix within a second; -1: none
+  double north, east;  // m
 };
 
 // Distances between a corrected stream and mocap, by second.
@@ -64,6 +53,8 @@ struct HeldOutErrors {
 
 // Fits with causes that a flight keeps: a search that rejects a cause returns to the one before it.
 inline constexpr std::size_t kMostKept = 6;
+// Of replays, s.
+inline constexpr double kHorizons[] = {0.25, 0.5, 1.0, 2.0}, kHeldOutHorizon = 1.0;
 
 class DiagnosedFlight {
  public:

@@ -29,11 +29,8 @@ double FalseDataAlpha(const SearchOptions& options) { return options.alpha / 100
 std::vector<std::string> NotShown(const std::vector<CandidateReport>& candidates) {
   std::map<std::string, bool> shown;
   for (const CandidateReport& report : candidates) {
-    const std::vector<EffectParameterInfo>& parameters = InfoOf(report.id).parameters;
-    bool all = true;
-    for (std::size_t i = 0; i < parameters.size(); ++i) {
-      all = all && report.detectable[static_cast<Eigen::Index>(i)] < parameters[i].plausible;
-    }
+    const Eigen::VectorXd plausible = EachOf(report.parameters(), &EffectParameterInfo::plausible);
+    const bool all = (report.detectable.array() < plausible.array()).all();
     shown[report.id] = shown[report.id] || all;
   }
   std::vector<std::string> ids;
@@ -42,6 +39,8 @@ std::vector<std::string> NotShown(const std::vector<CandidateReport>& candidates
   }
   return ids;
 }
+
+bool Repeats(const DescribedTerm& term) { return term.confirmed.value_or(false); }
 
 // The diagnosis of the first flight; the others confirm its causes.
 class FlightDiagnosis {
@@ -54,10 +53,13 @@ class FlightDiagnosis {
   }
 
   Diagnosis Run() {
-    Residuals before = flight_->WhitenedResiduals();
-    diagnosis_.rms_before = before.rms;  // false data included
+    diagnosis_.before = flight_->WhitenedResiduals();
+    const double rms = diagnosis_.before.rms;
     LeaveOutFalseData();
-    if (false_data_) before = flight_->WhitenedResiduals();
+    if (false_data_) {
+      diagnosis_.before = flight_->WhitenedResiduals();
+      diagnosis_.before.rms = rms;
+    }
     const auto false_data_report = flight_->ReportFalseData(false_data_, FalseDataAlpha(options_));
     if (false_data_) {
       false_data_->evidence.flight = EvidenceOfChance(false_data_->p);
@@ -79,13 +81,13 @@ class FlightDiagnosis {
     diagnosis_.not_shown = NotShown(diagnosis_.candidates);
     AddSignificantAside(rounds);
     diagnosis_.set_aside.insert(diagnosis_.set_aside.end(), explained_.begin(), explained_.end());
-    Describe(before, replays, rounds);
+    Describe(replays, rounds);
     ChooseModel(rounds, terms_, flight_.get(), &diagnosis_);
     SetSharedAside();
     const auto& terms = diagnosis_.open.described;
     diagnosis_.verdict =
         VerdictOf(diagnosis_.causes, diagnosis_.set_aside, diagnosis_.unexplained_by,
-                  options_.alpha, std::any_of(terms.begin(), terms.end(), TermRepeats));
+                  options_.alpha, std::any_of(terms.begin(), terms.end(), Repeats));
     const std::vector<std::string>& warnings = others_.warnings();
     diagnosis_.warnings.insert(diagnosis_.warnings.end(), warnings.begin(), warnings.end());
     diagnosis_.seconds = SecondsSince(start_);
@@ -129,7 +131,7 @@ class FlightDiagnosis {
     if (all.size() > rounds->found.size() && !TermsGain(rounds->found, all)) {
       for (DescribedTerm& t : open.described) t.in_model = false;
       if (ClearLoss(diagnosis_.terms_gain, diagnosis_.terms_open_loop)) {
-        std::erase_if(open.described, [](const DescribedTerm& t) { return !TermRepeats(t); });
+        std::erase_if(open.described, [](const DescribedTerm& t) { return !Repeats(t); });
         if (open.described.empty()) diagnosis_.terms_gain = diagnosis_.terms_open_loop = Gain();
       }
       all = rounds->found;
@@ -194,7 +196,7 @@ class FlightDiagnosis {
     for (const Candidate& c : Without(AllCandidates(*flight_), rounds.found)) {
       if (std::ranges::count(rivals, c) == 0) others.push_back(c);
     }
-    const FlightEvidence rest(*flight_, others);
+    const FlightEvidence rest(*flight_, others, options_.alpha);
     unstated_ = StrongestOf(RemainingTerms(rest, options_.alpha));
     std::vector<int> beside;
     for (std::size_t k = 0; k < rivals.size(); ++k) {
@@ -239,13 +241,13 @@ class FlightDiagnosis {
     by = rounds.goes_with;
     if (!terms_.empty()) {
       by.clear();
-      const FlightEvidence rest(*flight_, {});
+      const FlightEvidence rest(*flight_, {}, options_.alpha);
       const std::vector<TestedTerm> remaining = RemainingTerms(rest, options_.alpha);
       for (const TestedTerm& t : remaining) by.push_back(t.name);
       unstated_ = StrongestOf(remaining);
     }
     for (const DescribedTerm& t : diagnosis_.open.described) {
-      if (!TermRepeats(t)) by.push_back(t.term.Name());
+      if (!Repeats(t)) by.push_back(t.term.Name());
     }
   }
 
@@ -283,7 +285,7 @@ class FlightDiagnosis {
     aside = Without(aside, rounds.found);
     if (aside.empty() || (diagnosis_.causes.empty() && diagnosis_.open.described.empty())) return;
     const double alpha = AlphaOfOne();
-    const FlightEvidence evidence(*flight_, aside);
+    const FlightEvidence evidence(*flight_, aside, options_.alpha);
     for (const Tested& tested : evidence.tested()) {
       const bool remains = tested.Significant(alpha);
       if (remains) {
@@ -301,7 +303,9 @@ class FlightDiagnosis {
                Cause* cause) const {
     if (remains) {
       const Eigen::VectorXd moved = beside.value - (found.value - found.candidate.Neutral());
-      cause->sigma = (cause->sigma.cwiseAbs2() + moved.cwiseAbs2()).cwiseSqrt();
+      const Eigen::VectorXd square = cause->sigma.cwiseAbs2();
+      const auto chance = (beside.sigma.cwiseAbs2() - square).cwiseMax(0.0);
+      cause->sigma = (square + BeyondChance(moved, chance)).cwiseSqrt();
     } else if (!RetainsHalf(found, beside) && !IsRefuted(aside.candidate)) {
       cause->confused_with.push_back(aside.candidate.Label());
     }
@@ -318,20 +322,12 @@ class FlightDiagnosis {
     return diagnosis_.causes.size() - rounds.found.size();
   }
 
-  void Describe(const Residuals& before, const std::vector<ReplayError>& replays,
-                const Rounds& rounds) {
+  void Describe(const std::vector<ReplayError>& replays, const Rounds& rounds) {
     flight_->Describe(&diagnosis_);
     for (const std::string& what : flight_->ExtraordinaryNoise()) {
       diagnosis_.unexplained_by.push_back(what);
     }
-    const Residuals after = flight_->WhitenedResiduals();
-    for (std::size_t i = 0; i < after.rows.size(); ++i) {
-      const Residuals::Row& row = after.rows[i];
-      diagnosis_.rows.push_back({row.t, row.kind, row.gate, before.rows[i].sigmas, row.sigmas});
-    }
-    diagnosis_.rms_after = after.rms;
-    diagnosis_.whiteness_p_before = before.whiteness_p;
-    diagnosis_.whiteness_p = after.whiteness_p;
+    diagnosis_.after = flight_->WhitenedResiduals();
     const bool bare = rounds.found.empty() && terms_.empty();
     const auto later = bare ? replays : flight_->ReplayOpenLoop();
     diagnosis_.misfit = std::make_shared<Misfit>(MisfitOf(*flight_, replays, later));
@@ -350,15 +346,6 @@ class FlightDiagnosis {
 };
 
 }  // namespace
-
-CandidateReport NamedReport(const Candidate& candidate, double z, double p) {
-  CandidateReport report{candidate.id(), candidate.Label(), z, p, {}, {}, {}, {}, {}};
-  for (const EffectParameterInfo& info : candidate.info->parameters) {
-    report.parameters.push_back(info.name);
-    report.units.push_back(info.unit);
-  }
-  return report;
-}
 
 Diagnosis Diagnose(const std::vector<FlightLog>& logs, const MakeFlight& make,
                    const SearchOptions& options) {

@@ -14,6 +14,7 @@
 
 #include "problems/diagnosis/candidate.h"
 #include "problems/diagnosis/open_term.h"
+#include "problems/result/estimate.h"
 
 namespace trueline {
 
@@ -51,14 +52,6 @@ struct Witness {
   bool independent = true;       // of what was fitted
 };
 
-// A cause's result on another flight of the vehicle.
-struct Repeat {
-  std::string log;
-  std::string outcome;           // repeats | differs | not shown | can't be tested
-  Eigen::VectorXd value, sigma;  // the estimate on that flight; empty if not testable
-  double p = 1.0;                // of the one test
-};
-
 // Natural logarithms of likelihood ratios of a cause against none, by source (evidence_sum.h).
 struct EvidenceSum {
   double flight = 0.0;         // what was fitted
@@ -81,11 +74,11 @@ struct Cause {
   Candidate candidate;
   Eigen::VectorXd value, sigma;  // of the estimated parameters
   double p = 1.0;                // after the correction for the number of candidates
-  std::vector<std::string> confused_with;
-  Gain gain;                      // on arcs, against the model with the other causes alone
-  Gain open_loop = Gain();        // of replays over a second, likewise; none without mocap
-  std::vector<Repeat> repeats;    // by further flight
-  std::optional<bool> confirmed;  // by most further flights; empty if none can tell
+  std::vector<std::string> confused_with = {};
+  Gain gain = Gain();                  // on arcs, against the model with the other causes alone
+  Gain open_loop = Gain();             // of replays over a second, likewise; none without mocap
+  std::vector<Repeat> repeats = {};    // by further flight
+  std::optional<bool> confirmed = {};  // by most further flights; empty if none can tell
   Witness witness = Witness();
   // Of the distance between the witness's stream and mocap once the cause is corrected, likewise.
   Gain agreement = Gain();
@@ -102,23 +95,22 @@ struct Cause {
 struct CandidateReport {
   std::string id, label;
   double z = 0.0, p = 1.0;
-  std::vector<std::string> parameters, units;
-  Eigen::VectorXd value, sigma, detectable;
-};
-// With names and units of the parameters; the caller fills in sizes.
-CandidateReport NamedReport(const Candidate& candidate, double z, double p);
+  Eigen::VectorXd value = {}, sigma = {}, detectable = {};
 
-struct ModelParameter {
-  std::string name, unit;
-  double value, sigma;
+  const std::vector<EffectParameterInfo>& parameters() const { return InfoOf(id).parameters; }
 };
 
-// A whitened residual in learned sigmas, before and after the causes.
-struct RowReport {
-  double t;  // s
-  std::string kind;
-  int gate;  // -1 for none
-  Eigen::Vector3d before, after;
+// Whitened residuals of a fit, in learned sigmas.
+struct Residuals {
+  struct Row {
+    double t;          // s
+    const char* kind;  // fix, force, ...
+    int gate;          // -1 for none
+    Eigen::Vector3d sigmas;
+  };
+  std::vector<Row> rows;
+  double rms = 0.0;          // of the rows that the drive judges a model by
+  double whiteness_p = 1.0;  // WhitenessOf
 };
 
 struct Diagnosis {
@@ -127,20 +119,18 @@ struct Diagnosis {
   std::vector<Cause> set_aside;  // significant, but not named: `because` says why
   Gain gain, open_loop;          // of all causes together
   std::vector<CandidateReport> candidates;
-  std::vector<std::string> against;          // folders of the references
-  std::vector<std::string> not_shown;        // effects whose detectable size no vehicle has
-  std::vector<std::string> unexplained_by;   // variables correlated with the residual
-  OpenCatalogue open;                        // terms beyond the causes
-  Gain terms_gain, terms_open_loop;          // of all terms in the fit, against the causes alone
-  double rms_before = 0.0, rms_after = 0.0;  // of whitened residuals
-  double whiteness_p_before = 1.0, whiteness_p = 1.0;
+  std::vector<std::string> against;         // folders of the references
+  std::vector<std::string> not_shown;       // effects whose detectable size no vehicle has
+  std::vector<std::string> unexplained_by;  // variables correlated with the residual
+  OpenCatalogue open;                       // terms beyond the causes
+  Gain terms_gain, terms_open_loop;         // of all terms in the fit, against the causes alone
+  Residuals before, after;                  // the causes; `rms` before with false data
   // What model.yaml holds: the causes that can be relied on, the constants fitted with them, and
   // why it lacks other causes.
   std::vector<Effect> in_model;
-  std::vector<ModelParameter> parameters;
+  std::vector<ParameterEstimate> parameters;
   std::string model_lacks;
   double evidence_needed = 0.0;  // of a cause that is named
-  std::vector<RowReport> rows;
   std::shared_ptr<const Misfit> misfit;
   std::vector<std::string> warnings;
   std::string log = "LOG", folder = "RESULT", flags;  // as the user gave them, for what to do next

@@ -12,24 +12,16 @@
 namespace trueline {
 namespace {
 
-std::string Sizes(const CandidateReport& c, const Eigen::VectorXd& values) {
+// Estimates or detectable sizes; none for a parameter that the flight does not show.
+std::string Sizes(const CandidateReport& c, const Eigen::VectorXd& sizes) {
   std::vector<std::string> texts;
-  for (std::size_t i = 0; i < c.parameters.size(); ++i) {
-    texts.push_back(fmt::format("{} {:.2g}", c.parameters[i], values[static_cast<int>(i)]));
+  for (int i = 0; i < sizes.size(); ++i) {
+    const EffectParameterInfo& parameter = c.parameters()[i];
+    texts.push_back(parameter.name + (Shown(parameter, std::abs(sizes[i]))
+                                          ? fmt::format(" {:.2g}", sizes[i])
+                                          : " not shown"));
   }
-  return fmt::format("{}{}", fmt::join(texts, ", "), AfterNumber(c.units.front()));
-}
-
-// The sizes that the flight shows with good chance; none for a parameter that it does not show.
-std::string DetectableText(const CandidateReport& c) {
-  std::vector<std::string> texts;
-  for (std::size_t i = 0; i < c.parameters.size(); ++i) {
-    const double size = c.detectable[static_cast<int>(i)];
-    const bool shown = Shown(InfoOf(c.id).parameters[i], size);
-    texts.push_back(shown ? fmt::format("{} {:.2g}", c.parameters[i], size)
-                          : fmt::format("{} not shown", c.parameters[i]));
-  }
-  return fmt::format("{}{}", fmt::join(texts, ", "), AfterNumber(c.units.front()));
+  return fmt::format("{}{}", fmt::join(texts, ", "), AfterNumber(c.parameters().front().unit));
 }
 
 // `what` was measured on how many of `held_out`.
@@ -50,6 +42,18 @@ std::string GainTexts(const Gain& arcs, const Gain& replays) {
          GainText(replays, "open-loop error over 1 s", "replays");
 }
 
+std::string RepeatsText(const std::vector<Repeat>& repeats) {
+  std::string text;
+  for (const Repeat& repeat : repeats) {
+    text += fmt::format("    on {}: {}", repeat.log, repeat.outcome);
+    for (int i = 0; i < repeat.value.size(); ++i) {
+      text += fmt::format(", {:.3g} +- {:.2g}", repeat.value[i], repeat.sigma[i]);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
 // A cause that is set aside takes two lines: its size, and why.
 std::string CauseText(const Cause& cause, double needed) {
   std::string text = fmt::format("  {}: {}\n", cause.candidate.Label(),
@@ -61,13 +65,7 @@ std::string CauseText(const Cause& cause, double needed) {
   if (!cause.witness.text.empty()) {
     text += fmt::format("    witness {}: {}\n", cause.witness.says, cause.witness.text);
   }
-  for (const Repeat& repeat : cause.repeats) {
-    text += fmt::format("    on {}: {}", repeat.log, repeat.outcome);
-    for (int i = 0; i < repeat.value.size(); ++i) {
-      text += fmt::format(", {:.3g} +- {:.2g}", repeat.value[i], repeat.sigma[i]);
-    }
-    text += "\n";
-  }
+  text += RepeatsText(cause.repeats);
   text += GainTexts(cause.gain, cause.open_loop);
   text += GainText(cause.agreement, "distance from " + cause.agreement.metric, "seconds");
   if (!cause.confused_with.empty()) {
@@ -81,14 +79,7 @@ std::string TermText(const DescribedTerm& term) {
   std::string text =
       fmt::format("  {} (p {:.1g}){}\n", term.term.Text(term.size.value, term.size.sigma), term.p,
                   term.in_model ? ", in model.yaml" : "");
-  for (const TermRepeat& repeat : term.repeats) {
-    text += fmt::format("    on {}: {}", repeat.log, repeat.outcome);
-    if (repeat.size.sigma > 0.0) {
-      text += fmt::format(", {:.3g} +- {:.2g}", repeat.size.value, repeat.size.sigma);
-    }
-    text += "\n";
-  }
-  return text;
+  return text + RepeatsText(term.repeats);
 }
 
 // Flights that tell a cause from those which fit alike.
@@ -156,7 +147,7 @@ std::string CandidateTable(const Diagnosis& diagnosis) {
                                   "estimate", "detectable from");
   for (const CandidateReport& c : diagnosis.candidates) {
     table += fmt::format("{:<26}{:>8.1f}{:>10.2g}  {:<48}{}\n", c.label, c.z, c.p,
-                         Sizes(c, c.value), DetectableText(c));
+                         Sizes(c, c.value), Sizes(c, c.detectable));
   }
   return table + "\n";
 }
@@ -182,7 +173,7 @@ std::string DiagnosisTable(const Diagnosis& diagnosis) {
   if (!diagnosis.set_aside.empty()) table += "set aside:\n";
   for (const Cause& cause : diagnosis.set_aside) table += CauseText(cause, needed);
   table += fmt::format("{}: {:.2f} sigma before, {:.2f} after, each in its own learned noise\n",
-                       diagnosis.residual_of, diagnosis.rms_before, diagnosis.rms_after);
+                       diagnosis.residual_of, diagnosis.before.rms, diagnosis.after.rms);
   return table + fmt::format("next:\n  {}\n", fmt::join(NextSteps(diagnosis), "\n  "));
 }
 

@@ -5,13 +5,10 @@
 #include <utility>
 
 #include "problems/diagnosis/steps.h"
+#include "problems/diagnosis/thresholds.h"
 
 namespace trueline {
 namespace {
-
-constexpr double kHeldAlpha = 0.01;    // chance, over all terms, of holding one that is not there
-constexpr std::size_t kRelearned = 6;  // candidates, and terms, whose noise is learned again
-constexpr std::size_t kPairsRelearned = 3;
 
 // Number of candidates with the same id, including the finer times that refine a step.
 int TriedLike(const Candidate& candidate, const std::vector<Candidate>& candidates) {
@@ -53,14 +50,14 @@ std::vector<std::size_t> BestOfEach(const std::vector<Tested>& tested) {
 }
 
 FlightEvidence::FlightEvidence(const DiagnosedFlight& flight,
-                               const std::vector<Candidate>& candidates)
+                               const std::vector<Candidate>& candidates, double alpha)
     : candidates_(candidates), fit_(flight.Linearise(candidates, true)), beside_(fit_->Modelled()) {
   const std::size_t modelled = beside_.size();
   TestEach();
   double merit = 0.0;
   for (const Tested& t : tested_) merit = std::max(merit, t.Merit());
-  TestTerms(true, merit);
-  TestTerms(false, merit);
+  TestTerms(true, merit, alpha);
+  TestTerms(false, merit, alpha);
   if (beside_.size() > modelled) TestEach();
   RelearnBest();
   AddImplausible();
@@ -96,14 +93,14 @@ void FlightEvidence::TestEach() {
 }
 
 // A significant term of those that are held is a nuisance in all later tests.
-void FlightEvidence::TestTerms(bool held, double merit) {
+void FlightEvidence::TestTerms(bool held, double merit, double alpha) {
   std::vector<int> beside = beside_;
   for (const TermColumns& term : fit_->terms) {
     if (term.held != held) continue;
     const ScoreTest test = TestColumns(*fit_, beside_, term.columns, term.ordinary);
     terms_.push_back({term.name, test.p() * static_cast<double>(fit_->terms.size()),
                       AkaikeMerit(test.gain, term.ordinary.size()), held, term.columns});
-    if (!held || !terms_.back().Exceeds(kHeldAlpha, merit)) continue;
+    if (!held || !terms_.back().Exceeds(alpha, merit)) continue;
     beside = Concatenated(std::move(beside), term.columns);
   }
   beside_ = std::move(beside);
@@ -188,7 +185,7 @@ std::vector<TestedPair> FlightEvidence::Pairs(double alpha, double merit) const 
 void FlightEvidence::RelearnBest(std::vector<TestedPair>* pairs) const {
   if (pairs->empty()) return;
   const auto best =
-      GreatestMerits(*pairs, kPairsRelearned, [](const TestedPair& pair) { return pair.merit; });
+      GreatestMerits(*pairs, kRelearned, [](const TestedPair& pair) { return pair.merit; });
   std::vector<std::vector<int>> sets;
   sets.reserve(best.size());
   for (const std::size_t i : best) sets.push_back((*pairs)[i].Columns());

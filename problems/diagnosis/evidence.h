@@ -55,7 +55,9 @@ class FlightEvidence {
  public:
   // Where held terms, such as errors of a sensor's readings, explain clearly more than any effect,
   // effects are tested given those terms.
-  FlightEvidence(const DiagnosedFlight& flight, const std::vector<Candidate>& candidates);
+  // `alpha`: chance, over all terms, of such a term that is not there.
+  FlightEvidence(const DiagnosedFlight& flight, const std::vector<Candidate>& candidates,
+                 double alpha);
 
   const Linearisation& fit() const { return *fit_; }
   const std::vector<Candidate>& candidates() const { return candidates_; }
@@ -72,7 +74,7 @@ class FlightEvidence {
   void Store(const ScoreTest& test, double gain, Tested* tested) const;
   Tested TestOne(std::size_t which, const std::vector<int>& beside) const;
   void TestEach();
-  void TestTerms(bool held, double merit);
+  void TestTerms(bool held, double merit, double alpha);
   void RelearnBest();
   void RelearnBest(std::vector<TestedPair>* pairs) const;
   void AddImplausible();

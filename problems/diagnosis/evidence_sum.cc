@@ -10,6 +10,8 @@
 #include <string>
 
 #include "problems/diagnosis/diagnosis.h"
+#include "problems/diagnosis/thresholds.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
@@ -32,9 +34,7 @@ double LogDensity(const VectorXd& distance, const MatrixXd& cov, double dof) {
 }  // namespace
 
 VectorXd PriorSizes(const EffectInfo& info) {
-  VectorXd sizes(info.parameters.size());
-  for (Eigen::Index i = 0; i < sizes.size(); ++i) sizes[i] = info.parameters[i].plausible / 3.0;
-  return sizes;
+  return EachOf(info.parameters, &EffectParameterInfo::plausible) / kApartSigmas;
 }
 
 UnstatedErrors UnstatedErrorsOf(const Linearisation& fit, const Candidate& cause,
@@ -109,10 +109,10 @@ double PriorEvidenceOf(const std::string& id, const std::vector<CandidateReport>
 }
 
 double HeldOutEvidence(const Gain& arcs, const Gain& replays) {
-  constexpr double k95 = 1.96;
+  const double within = std::sqrt(ChiSquareCritical(kSingleAlpha, 1.0));  // sigmas
   double z = 0.0, measures = 0.0;
   for (const Gain* gain : {&arcs, &replays}) {
-    const double sigma = (gain->high - gain->low) / (2.0 * k95);
+    const double sigma = (gain->high - gain->low) / (2.0 * within);
     if (!std::isfinite(sigma) || !(sigma > 0.0)) continue;
     z += (gain->before - gain->after) / sigma;
     measures += 1.0;
@@ -125,7 +125,6 @@ double EvidenceOfChance(double p) { return -0.5 * std::log(std::max(p, 1e-300)) 
 
 double IndependentEvidence(const Cause& cause, const VectorXd& value, const VectorXd& sigma,
                            bool same_model) {
-  constexpr double kTails = 4.0;  // degrees of freedom
   if (value.size() != cause.value.size()) return 0.0;
   const Candidate& candidate = cause.candidate;
   const VectorXd unstated = cause.Unstated().cwiseAbs2();
@@ -162,8 +161,7 @@ double WitnessAlone(const Cause& cause) {
 Cause CauseOf(const Tested& tested) {
   const EffectInfo& info = *tested.candidate.info;
   Cause cause{tested.candidate, tested.value, tested.columns.Sizes(info, tested.test.sigma),
-              tested.p,         {},           Gain(),
-              Gain(),           {},           {}};
+              tested.p};
   cause.evidence.flight =
       FlightEvidenceOf(tested.test, tested.columns.Steps(info, PriorSizes(info)));
   return cause;

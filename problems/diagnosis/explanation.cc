@@ -4,10 +4,10 @@
 #include <set>
 #include <utility>
 
+#include "problems/diagnosis/thresholds.h"
+
 namespace trueline {
 namespace {
-
-constexpr double kAsGood = 6.0;  // effects whose merits differ by less fit equally well
 
 using Ids = std::set<std::string>;
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "problems/diagnosis/base_fit.h"
+#include "problems/diagnosis/candidate.h"
 
 namespace trueline {
 
@@ -17,6 +18,15 @@ struct FalseGate {
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // m, E: of the detected object from the gate
   double p = 1.0;                                    // that so many outliers agree by chance
 };
+
+// Of fixes at which an offset of the detected object from the gate is a clear outlier.
+struct DisplacedFixes {
+  int visible = 0, displaced = 0;
+
+  // `d`: of the fix from the path, m.
+  void Add(const Eigen::Vector3d& d, double sigma, const Eigen::Vector3d& offset);
+};
+Eigen::Vector3d OffsetOf(const Candidate& false_gate);  // m, E
 
 // Detectors have single outliers; only outliers that agree on one place make a false gate.
 std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& fit, double alpha);

@@ -1,6 +1,7 @@
 #include "problems/diagnosis/gain.h"
 
 #include "problems/common/random.h"
+#include "problems/diagnosis/thresholds.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
@@ -24,7 +25,8 @@ double MeanOfRuns(const std::vector<double>& values, Random* random) {
 // runs tell it as 1.5 times as many apart would (Kuensch 1989).
 double StretchOfFew(int values) {
   const double runs = static_cast<double>(values) / kBlockClusters;
-  const double t2 = FCritical(0.05, 1.0, 1.5 * runs - 1.0), z2 = ChiSquareCritical(0.05, 1.0);
+  const double t2 = FCritical(kSingleAlpha, 1.0, 1.5 * runs - 1.0);
+  const double z2 = ChiSquareCritical(kSingleAlpha, 1.0);
   return std::sqrt(t2 / z2 * runs / (runs - 1.0));
 }
 
@@ -69,8 +71,8 @@ Gain GainBetween(const std::map<int, double>& before, const std::map<int, double
   std::vector<double> means(kDraws);
   for (double& mean : means) mean = MeanOfRuns(differences, &random);
   const double mean = gain.before - gain.after, stretch = StretchOfFew(gain.arcs);
-  gain.low = mean + stretch * (Quantile(means, 0.025) - mean);
-  gain.high = mean + stretch * (Quantile(means, 0.975) - mean);
+  gain.low = mean + stretch * (Quantile(means, 0.5 * kSingleAlpha) - mean);
+  gain.high = mean + stretch * (Quantile(means, 1.0 - 0.5 * kSingleAlpha) - mean);
   return gain;
 }
 

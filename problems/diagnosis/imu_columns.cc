@@ -1,7 +1,5 @@
 #include "problems/diagnosis/imu_columns.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "cost_functions/models/rotation.h"
@@ -142,21 +140,6 @@ std::vector<Linearisation::Relearned> ImuLinearisation::Relearn(
     relearned[k] = {2.0 * (evidence - learned.front().evidence), std::move(fit)};
   });
   return relearned;
-}
-
-std::vector<std::string> ExtraordinaryNoiseOf(const NoiseStrengths& noise) {
-  std::vector<std::string> findings;
-  const auto note = [&](double value, double usual, const std::string& what) {
-    if (value > usual) findings.push_back(fmt::format(fmt::runtime(what), value));
-  };
-  note(noise.process.gust, 0.35, "unmodelled forces of {:.2f} m/s^2 that are correlated in time");
-  note(noise.process.acceleration, 0.25, "unmodelled white accelerations of {:.2f} m/s^2/sqrt(Hz)");
-  note(noise.process.tilt / kDegree, 2.0, "a tilt of the attitude that drifts by {:.1f} deg");
-  // A compass error drifts slowly; a heading error that changes within seconds follows the turns.
-  const bool quick = noise.process.memory < 10.0;
-  note(noise.process.heading / kDegree, quick ? 2.5 : 6.0, "a heading that drifts by {:.1f} deg");
-  note(noise.fix_scale, 2.0, "fixes that scatter {:.1f} times as much as the detector states");
-  return findings;
 }
 
 namespace {

@@ -53,9 +53,6 @@ class ImuLinearisation : public Linearisation {
   Columns columns_;
 };
 
-// Learned noise far beyond that of ordinary flights, in words.
-std::vector<std::string> ExtraordinaryNoiseOf(const NoiseStrengths& noise);
-
 // The open catalogue (open_term.h) on the IMU drive: forces, attitude errors and errors of fixes
 // along a fitted flight as columns of its rows.
 class ImuOpenTerms {

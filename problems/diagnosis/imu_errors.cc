@@ -21,11 +21,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
 // Horizons from a quarter of a second to the median arc between passes.
 std::vector<double> Horizons(const FlightLog& log, const PassOptions& options) {
-  std::vector<double> horizons = {0.25, 0.5, 1.0, 2.0};
+  std::vector<double> horizons(std::begin(kHorizons), std::end(kHorizons));
   const std::vector<Pass> passes = FindPasses(log.fixes, options);
   std::vector<double> arcs;
   for (std::size_t i = 1; i < passes.size(); ++i) {
@@ -142,16 +140,6 @@ std::vector<ReplayError> ImuDrivenFlight::ReplayOpenLoop() const {
   return errors;
 }
 
-std::vector<ReplayError> ImuDrivenFlight::ReplayPart(const FlightLog& log,
-                                                     const FlightLog& corrected, const PartFit& fit,
-                                                     const std::vector<int>& segments) const {
-  std::vector<ReplayError> errors;
-  const DriveTrack track = DriveTrack::FromLog(corrected, log_->options.vgd.drive);
-  const Replays replays{log, plan_, fit_.x.nodes, fit.value, BoundForces(fit.effects, log), track};
-  for (const int s : segments) ReplayFrom(replays, s, {kReplaySeconds}, &errors);
-  return errors;
-}
-
 std::string ImuDrivenFlight::ReplaysAgainst() const {
   return log_->recorded.mocap.empty() ? "fitted path" : "mocap";
 }
@@ -165,7 +153,7 @@ ReplaySituation ImuDrivenFlight::SituationOf(const ReplayError& replay) const {
   const Eigen::Vector3d p_E = node.segment<3>(kStateAt), v_E = node.segment<3>(kStateAt + 3);
   const DriveTrack& track = flight_->track();
   const Drive& drive = track.steps()[track.StepAt(middle)].drive;
-  ReplaySituation at{};
+  ReplaySituation at;
   at.time = SecondsBetween(log.imu.front().t, middle);
   at.speed = v_E.norm();
   if (plan.segments[s].linked) {
@@ -175,10 +163,8 @@ ReplaySituation ImuDrivenFlight::SituationOf(const ReplayError& replay) const {
   }
   at.thrust = -drive.a_z;
   const auto imu = std::ranges::lower_bound(log.imu, middle, {}, &ImuSample::t);
-  at.rate = imu == log.imu.end() ? kNone : imu->gyro.norm();
+  at.rate = imu == log.imu.end() ? ReplaySituation::kNotLogged : imu->gyro.norm();
   at.heading = Heading(drive.R_Ep_I);
-  at.gate = -1;
-  at.gate_distance = kNone;
   NearestGate(log, middle, p_E, &at);
   at.height = -p_E.z();
   at.battery = LastBefore(log.battery, middle);
@@ -269,13 +255,14 @@ HeldOutErrors ImuDrivenFlight::ErrorsOfHalf(const FlightLog& log, const PartFit&
   if (!corrected.fixes.empty()) AddArcs(corrected, fit, half, &errors.arcs);
   if (!mocap_) return errors;
   AddAgreement(fit, half, &errors);
-  std::vector<int> segments;
+  const DriveTrack track = DriveTrack::FromLog(corrected, log_->options.vgd.drive);
+  const Replays replays{log, plan_, fit_.x.nodes, fit.value, BoundForces(fit.effects, log), track};
+  std::vector<ReplayError> replayed;
   for (int s = 0; s < static_cast<int>(plan_.segments.size()); s += kReplayEvery) {
-    if (HalfOf(plan_.segments[s].cluster) == half) segments.push_back(s);
+    if (HalfOf(plan_.segments[s].cluster) != half) continue;
+    ReplayFrom(replays, s, {kHeldOutHorizon}, &replayed);
   }
-  for (const ReplayError& r : ReplayPart(log, corrected, fit, segments)) {
-    errors.replays[r.segment] = r.error_E.norm();
-  }
+  for (const ReplayError& r : replayed) errors.replays[r.segment] = r.error_E.norm();
   return errors;
 }
 
@@ -348,9 +335,7 @@ std::vector<ParameterEstimate> ImuDrivenFlight::Estimates() const {
 }
 
 void ImuDrivenFlight::Describe(Diagnosis* diagnosis) const {
-  for (const ParameterEstimate& p : Estimates()) {
-    diagnosis->parameters.push_back({p.name, p.unit, p.value, p.sigma});
-  }
+  diagnosis->parameters = Estimates();
   diagnosis->residual_of = "residual of fixes";
   diagnosis->warnings.insert(diagnosis->warnings.end(), data_.warnings.begin(),
                              data_.warnings.end());

@@ -1,5 +1,7 @@
 #include "problems/diagnosis/imu_flight.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -7,6 +9,7 @@
 #include "problems/calibration/conflict.h"
 #include "problems/diagnosis/imu_columns.h"
 #include "problems/diagnosis/prepare_log.h"
+#include "problems/diagnosis/thresholds.h"
 
 namespace trueline {
 namespace {
@@ -236,13 +239,12 @@ void ImuDrivenFlight::SettleNoise(int sweeps, int repeats) {
 }
 
 void ImuDrivenFlight::Fit(std::vector<Found>* found) {
-  constexpr int kRefits = 8;  // at most
   columns_.clear();
   as_stated_.reset();
   if (Restore(*found)) return;
   LastStep last;
   Columns ordinary;
-  for (int i = 0; i <= kRefits; ++i) {
+  for (int i = 0; i <= kMostIterations; ++i) {
     Rebuild(*found);
     if (i == 0) Start();
     if (i < 2) ordinary = OrdinaryColumns();  // later they change little
@@ -267,7 +269,7 @@ void ImuDrivenFlight::Start() {
   fit_.x = flight_->RoughStart(data_.passes);
   fit_.noise = StartingNoise(options_);
   fit_.columns = Columns::None(flight_->rows());
-  Solve(flight_.get(), 8, &fit_);
+  Solve(flight_.get(), kMostIterations, &fit_);
   StorePath();
 }
 
@@ -401,11 +403,23 @@ bool ImuDrivenFlight::ConstantsArePhysical(const Found& found) const {
   const ThetaVector value = Parameters(), sigma = Sigmas();
   constexpr int kAxes[] = {InTheta("K_x"), InTheta("K_y")};
   return std::all_of(std::begin(kAxes), std::end(kAxes),
-                     [&](int i) { return value[i] <= 3.0 * sigma[i]; });
+                     [&](int i) { return value[i] <= kApartSigmas * sigma[i]; });
 }
 
 std::vector<std::string> ImuDrivenFlight::ExtraordinaryNoise() const {
-  return ExtraordinaryNoiseOf(fit_.noise);
+  const NoiseStrengths& noise = fit_.noise;
+  std::vector<std::string> findings;
+  const auto note = [&](double value, double usual, const std::string& what) {
+    if (value > usual) findings.push_back(fmt::format(fmt::runtime(what), value));
+  };
+  note(noise.process.gust, 0.35, "unmodelled forces of {:.2f} m/s^2 that are correlated in time");
+  note(noise.process.acceleration, 0.25, "unmodelled white accelerations of {:.2f} m/s^2/sqrt(Hz)");
+  note(noise.process.tilt / kDegree, 2.0, "a tilt of the attitude that drifts by {:.1f} deg");
+  // A compass error drifts slowly; a heading error that changes within seconds follows the turns.
+  const bool quick = noise.process.memory < 10.0;
+  note(noise.process.heading / kDegree, quick ? 2.5 : 6.0, "a heading that drifts by {:.1f} deg");
+  note(noise.fix_scale, 2.0, "fixes that scatter {:.1f} times as much as the detector states");
+  return findings;
 }
 
 }  // namespace trueline

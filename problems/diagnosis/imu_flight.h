@@ -22,8 +22,6 @@ Diagnosis Diagnose(const std::vector<FlightLog>& logs, const ImuDiagnosisOptions
 // it cannot be distinguished from a tilt of E' then.
 bool LooksForWind(const FlightLog& log, const VgdOptions& options);
 
-inline constexpr double kReplaySeconds = 1.0;  // s, of held-out replays
-
 // A model fitted to a part of a flight.
 struct PartFit {
   ThetaVector value, sigma;  // physical parameters
@@ -98,8 +96,6 @@ class ImuDrivenFlight final : public DiagnosedFlight {
                std::map<int, double>* errors) const;
   void AddAgreement(const PartFit& fit, int half, HeldOutErrors* errors) const;
   HeldOutErrors ErrorsOfHalf(const FlightLog& log, const PartFit& fit, int half) const;
-  std::vector<ReplayError> ReplayPart(const FlightLog& log, const FlightLog& corrected,
-                                      const PartFit& fit, const std::vector<int>& segments) const;
 
   std::shared_ptr<const PreparedLog> log_;
   VgdOptions options_;  // with wide priors of drag

@@ -9,6 +9,7 @@
 #include "problems/diagnosis/base_fit.h"
 #include "problems/diagnosis/chain_system.h"
 #include "problems/diagnosis/linearisation.h"
+#include "problems/diagnosis/thresholds.h"
 #include "problems/smoother/evidence_maximum.h"
 
 namespace trueline {
@@ -171,7 +172,7 @@ class NewtonSteps {
     ParallelFor(threads, threads, [&](int thread) {
       NoisyFlight flight(linear_);
       for (std::size_t i = thread; i < offsets.size(); i += threads) {
-        points_[i].noise = WithLogs(from_, logs_ + kReach * offsets[i]);
+        points_[i].noise = WithLogs(from_, logs_ + kNearStrength * offsets[i]);
         points_[i].system = flight.Reduced(points_[i].noise);
       }
     });
@@ -191,7 +192,7 @@ class NewtonSteps {
     const LinearFlight linear = linear_.WithColumns(own);
     NoisyFlight flight(linear);
     for (int i = 0; i < kHalvings; ++i, step *= 0.5) {
-      const NoiseStrengths noise = WithLogs(from_, logs_ + kReach * step);
+      const NoiseStrengths noise = WithLogs(from_, logs_ + kNearStrength * step);
       const double value = flight.Reduced(noise).LogEvidence(border_) + LogPrior(noise);
       if (value > parabola.middle) return {noise, value};
     }
@@ -199,9 +200,7 @@ class NewtonSteps {
   }
 
  private:
-  static constexpr double kReach = 0.4;    // of a logarithm
-  static constexpr double kLongest = 3.0;  // times that
-  static constexpr int kHalvings = 3;
+  static constexpr double kLongest = 3.0;  // times kNearStrength
 
   struct Point {
     NoiseStrengths noise;

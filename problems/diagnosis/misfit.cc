@@ -138,7 +138,7 @@ Misfit MisfitOf(const DiagnosedFlight& flight, const std::vector<ReplayError>& b
   misfit.growth = GrowthOf(misfit.rows);
   // The median arc may have replaced the horizon of a second (Horizons in imu_errors.cc).
   for (const MisfitGrowth& g : misfit.growth) {
-    if (std::abs(g.horizon - 1.0) < 0.12) misfit.shares_horizon = g.horizon;
+    if (std::abs(g.horizon - kHeldOutHorizon) < 0.12) misfit.shares_horizon = g.horizon;
   }
   misfit.shares = SharesOf(misfit.rows, misfit.shares_horizon);
   return misfit;

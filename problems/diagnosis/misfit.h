@@ -31,8 +31,8 @@ struct MisfitShare {
 };
 
 struct Misfit {
-  std::string measured_by;      // what the replays are compared with: mocap, ...
-  double shares_horizon = 1.0;  // s
+  std::string measured_by;                  // what the replays are compared with: mocap, ...
+  double shares_horizon = kHeldOutHorizon;  // s
   std::vector<MisfitRow> rows;
   std::vector<MisfitGrowth> growth;
   std::vector<MisfitShare> shares;  // before; largest first

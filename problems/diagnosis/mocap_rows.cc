@@ -6,6 +6,7 @@
 #include <span>
 
 #include "cost_functions/models/rotation.h"
+#include "problems/diagnosis/thresholds.h"
 #include "problems/log/imu_health.h"
 #include "problems/log/samples_between.h"
 #include "problems/result/statistics.h"
@@ -17,8 +18,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-
-constexpr double kMovedBy = 0.3;  // s, by which effects move stamps
 
 // The kernel (1 - u^2)^4 and its second derivative; both vanish smoothly at u = +-1.
 double Kernel(double u) { return std::pow(std::max(0.0, 1.0 - u * u), 4); }

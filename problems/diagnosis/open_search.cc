@@ -7,6 +7,7 @@
 
 #include "problems/common/parallel.h"
 #include "problems/diagnosis/score_test.h"
+#include "problems/diagnosis/thresholds.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
@@ -16,10 +17,7 @@ using Eigen::VectorXd;
 
 constexpr int kMostTerms = 3;
 constexpr std::size_t kMostRejected = 4;  // by the fit with them in the model
-constexpr int kChunk = 128;     // columns at a time: the cost of a chunk grows with its square
-constexpr double kAlike = 6.0;  // of the gain
-constexpr std::size_t kTestedAgain = 6;
-constexpr std::size_t kRefined = 2;     // humps
+constexpr int kChunk = 128;  // columns at a time: the cost of a chunk grows with its square
 constexpr double kNearlyShown = 100.0;  // of the level: noise that is learned again changes p
 // Of a term's information, left beside the model's constants. Below it they imitate the term, and
 // its size says nothing: a moment with the pitch rate beside a constant for just that.
@@ -56,50 +54,37 @@ struct TestedOpenTerm {
     const UncertainSigma scatter(ratio, std::max(0.0, sharing - 1.0), kSpread);
     p = std::max(test.p(), scatter.Tail(std::sqrt(test.chi2)));
     sigma = test.sigma[0] * scatter.Factor() / std::max(1.0, std::sqrt(ratio));
+    JudgeHalves();
+  }
+  // The sizes by blocks of the flight in turn.
+  void JudgeHalves() {
+    constexpr int kBlocks = 4;
+    const Eigen::Index clusters = test.information.rows();
+    const auto half = [&](Eigen::Index c) { return (kBlocks * c / clusters) % 2; };
+    std::array<double, 2> score = {}, weight = {}, scatter = {};
+    for (Eigen::Index c = 0; c < clusters; ++c) {
+      score[half(c)] += test.scores(c, 0);
+      weight[half(c)] += test.information(c, 0);
+    }
+    for (Eigen::Index c = 0; c < clusters; ++c) {
+      const int h = static_cast<int>(half(c));
+      const double left = test.scores(c, 0) - test.information(c, 0) * score[h] / weight[h];
+      scatter[h] += left * left;
+    }
+    for (int h = 0; h < 2; ++h) {
+      if (!(weight[h] > 0.0)) continue;
+      halves[h].value = test.value[0] - score[h] / weight[h];
+      halves[h].sigma = std::sqrt(std::max(scatter[h] / weight[h], 1.0) / weight[h]);
+    }
   }
 };
 
 bool HasMoreGain(const TestedOpenTerm* a, const TestedOpenTerm* b) { return a->gain() > b->gain(); }
 
-// Steps of the column by half of the flight. `information`: about it, by cluster.
-void TestHalves(const Linearisation& fit, const std::vector<int>& nuisances, int tested,
-                const VectorXd& information, TestedOpenTerm* t) {
-  constexpr int kBlocks = 4;
-  const auto width = fit.b().size();
-  const Eigen::LDLT<Eigen::MatrixXd> nn(Eigen::MatrixXd(fit.M()(nuisances, nuisances)));
-  const VectorXd of_tested = fit.M().col(tested)(nuisances);
-  VectorXd column = VectorXd::Zero(width + 1), residual = column;
-  column(nuisances) = -nn.solve(of_tested);
-  column[tested] = 1.0;
-  residual(nuisances) = -nn.solve(VectorXd(fit.b()(nuisances)));
-  residual[width] = 1.0;
-  const VectorXd scores = fit.ClusterProducts(residual, column);
-  std::array<double, 2> score = {}, weight = {}, scatter = {};
-  const Eigen::Index clusters = scores.size();
-  const auto half = [&](Eigen::Index c) { return (kBlocks * c / clusters) % 2; };
-  for (Eigen::Index c = 0; c < clusters; ++c) {
-    score[half(c)] += scores[c];
-    weight[half(c)] += information[c];
-  }
-  std::array<SizeWithSigma, 2>& sizes = t->halves;
-  for (int h = 0; h < 2; ++h) {
-    if (weight[h] > 0.0) sizes[h].value = -score[h] / weight[h];
-  }
-  for (Eigen::Index c = 0; c < clusters; ++c) {
-    const double left = scores[c] + information[c] * sizes[half(c)].value;
-    scatter[half(c)] += left * left;
-  }
-  for (int h = 0; h < 2; ++h) {
-    if (!(weight[h] > 0.0)) continue;
-    sizes[h].sigma = std::sqrt(std::max(scatter[h] / weight[h], 1.0) / weight[h]);
-  }
-}
-
 void Test(const Linearisation& fit, const std::vector<int>& nuisances, int tested,
           TestedOpenTerm* t) {
   t->own = OwnShare(fit, nuisances, tested);
   t->test = TestColumns(fit, nuisances, {tested}, VectorXd::Constant(1, t->ordinary));
-  TestHalves(fit, nuisances, tested, t->test.information, t);
   t->Judge();
 }
 
@@ -211,7 +196,7 @@ class OpenSearch {
       if (shown && !rejected_.contains(t.term.Name())) order.push_back(&t);
     }
     std::sort(order.begin(), order.end(), HasMoreGain);
-    order.resize(std::min(order.size(), kTestedAgain));
+    order.resize(std::min(order.size(), kRelearned));
     return order;
   }
 
@@ -225,18 +210,17 @@ class OpenSearch {
     if (starts.empty()) return;
     std::vector<TestedOpenTerm> humps = TestEach(starts);
     const auto best = ByGain(&humps);
-    for (std::size_t i = 0; i < std::min(best.size(), kRefined); ++i) {
+    for (std::size_t i = 0; i < std::min(best.size(), kTriedByFit); ++i) {
       tested->push_back(Refined(*best[i]));
     }
   }
 
   // The hump near this one that fits best.
   TestedOpenTerm Refined(const TestedOpenTerm& place) const {
-    constexpr int kMoves = 6;
     constexpr double kFirstStep = 0.5, kLeastStep = 0.2;  // of the radius
     TestedOpenTerm best = place;
     double step = kFirstStep;
-    for (int i = 0; i < kMoves && step > kLeastStep; ++i) {
+    for (int i = 0; i < kMostIterations && step > kLeastStep; ++i) {
       const std::vector<TestedOpenTerm> tested = TestEach(NearbyHumps(best.term, motions_, step));
       const auto next = std::max_element(tested.begin(), tested.end(),
                                          [](const TestedOpenTerm& a, const TestedOpenTerm& b) {
@@ -256,7 +240,7 @@ class OpenSearch {
     });
     if (order.empty()) return nullptr;
     std::sort(order.begin(), order.end(), HasMoreGain);
-    const double least = order.front()->gain() - kAlike;
+    const double least = order.front()->gain() - kAsGood;
     std::erase_if(order, [&](const TestedOpenTerm* t) { return t->gain() < least; });
     const auto shortest = std::min_element(order.begin(), order.end(),
                                            [](const TestedOpenTerm* a, const TestedOpenTerm* b) {
@@ -275,7 +259,7 @@ class OpenSearch {
                             best.halves};
     for (const TestedOpenTerm& t : tested) {
       const std::string name = t.term.Name();
-      if (name != best.term.Name() && t.gain() > best.gain() - kAlike &&
+      if (name != best.term.Name() && t.gain() > best.gain() - kAsGood &&
           std::find(described.alike.begin(), described.alike.end(), name) ==
               described.alike.end()) {
         described.alike.push_back(name);
@@ -320,14 +304,9 @@ class OpenSearch {
   const Candidate* TakenOver(const std::vector<Found>& before) const {
     for (std::size_t k = 0; k < causes_; ++k) {
       const Candidate& cause = found_[k].candidate;
-      double product = 0.0, square = 0.0;  // of its sizes in units of its parameters' steps
-      for (int i = 0; i < cause.size(); ++i) {
-        const double was = (before[k].value - cause.Neutral())[i] / cause.info->parameters[i].step;
-        const double is = (found_[k].value - cause.Neutral())[i] / cause.info->parameters[i].step;
-        product += was * is;
-        square += was * was;
-      }
-      if (product < 0.5 * square) return &cause;
+      const VectorXd steps = cause.EachOf(&EffectParameterInfo::step);
+      const VectorXd none = cause.Neutral();
+      if (ShareLeft(found_[k].value - none, before[k].value - none, steps) < kMostOf) return &cause;
     }
     return nullptr;
   }
@@ -337,14 +316,7 @@ class OpenSearch {
     const auto fit = flight_.Linearise({}, false);
     TestedOpenTerm t{*found_[k].candidate.term};
     t.test = TestFound(*fit, found_, k);
-    const double unit = fit->found[k].unit[0];  // of the column; the test is in the term's
-    TestHalves(*fit, fit->Beside(k), fit->found[k].columns.front(),
-               unit * unit * t.test.information, &t);
     t.Judge();
-    for (SizeWithSigma& half : t.halves) {
-      half.value = found_[k].value[0] + half.value * unit;
-      half.sigma *= unit;
-    }
     DescribedTerm& of = *InModel(k, described);
     of.size = {found_[k].value[0], t.sigma};
     of.p = std::min(1.0, t.p * of.tried);

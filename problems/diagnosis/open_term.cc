@@ -48,6 +48,27 @@ std::vector<Factors> Lagged(const Factors& motions) {
   return all;
 }
 
+// Sine and cosine of the heading, so many times a turn.
+std::vector<Factors> HeadingWaves(const std::vector<double>& periods) {
+  std::vector<Factors> waves;
+  for (const double n : periods) {
+    waves.push_back({{TermQuantity::kSine, {n}}});
+    waves.push_back({{TermQuantity::kCosine, {n}}});
+  }
+  return waves;
+}
+
+// North, east and above the middle of the flight; and time.
+std::vector<Factors> PlacesAndTime(const std::vector<TermMotion>& flight) {
+  Vector3d middle = Vector3d::Zero();
+  for (const TermMotion& at : flight) middle += at.p_E / static_cast<double>(flight.size());
+  const double from = flight.front().t, to = flight.back().t;
+  return {{{TermQuantity::kNorth, {middle.x()}}},
+          {{TermQuantity::kEast, {middle.y()}}},
+          {{TermQuantity::kHeight, {-middle.z()}}},
+          {{TermQuantity::kTime, {0.5 * (from + to), std::max(1e-3, 0.5 * (to - from))}}}};
+}
+
 // The heading once and twice a turn; battery voltage.
 std::vector<Factors> HeadingsAndVoltage(const FlightLog& log) {
   std::vector<Factors> all = HeadingWaves({1.0, 2.0});
@@ -160,25 +181,6 @@ std::string PhysicsOf(const TermForm& term) {
   }
   const bool local = term.on == TermOn::kForce && IsEarth(term.axis) && IsLocal(term.with);
   return local ? "moving air at this place" : "";
-}
-
-std::vector<Factors> HeadingWaves(const std::vector<double>& periods) {
-  std::vector<Factors> waves;
-  for (const double n : periods) {
-    waves.push_back({{TermQuantity::kSine, {n}}});
-    waves.push_back({{TermQuantity::kCosine, {n}}});
-  }
-  return waves;
-}
-
-std::vector<Factors> PlacesAndTime(const std::vector<TermMotion>& flight) {
-  Vector3d middle = Vector3d::Zero();
-  for (const TermMotion& at : flight) middle += at.p_E / static_cast<double>(flight.size());
-  const double from = flight.front().t, to = flight.back().t;
-  return {{{TermQuantity::kNorth, {middle.x()}}},
-          {{TermQuantity::kEast, {middle.y()}}},
-          {{TermQuantity::kHeight, {-middle.z()}}},
-          {{TermQuantity::kTime, {0.5 * (from + to), std::max(1e-3, 0.5 * (to - from))}}}};
 }
 
 std::vector<std::vector<TermFactor>> TermVariables(const TermScope& scope) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,11 +24,12 @@ struct SizeWithSigma {
   double value = 0.0, sigma = 0.0;
 };
 
-// A term of another flight of the vehicle.
-struct TermRepeat {
+// The result of a cause or term on another flight of the vehicle; see confirm.h.
+struct Repeat {
   std::string log;
-  SizeWithSigma size;
-  std::string outcome;  // "repeats", "not shown" or "can't be tested"; see confirm.h
+  std::string outcome;                     // repeats | differs | not shown | can't be tested
+  Eigen::VectorXd value = {}, sigma = {};  // the estimate on that flight; empty if not testable
+  double p = 1.0;                          // of the one test
 };
 
 struct DescribedTerm {
@@ -38,8 +40,9 @@ struct DescribedTerm {
   std::array<SizeWithSigma, 2> halves = {};  // by blocks of the flight in turn, A B A B
   std::vector<std::string> alike = {};       // names of terms that fit as well
   std::string instead_of = {};  // a named cause of which little is left with the term in the model
-  std::vector<TermRepeat> repeats = {};  // by further flight
-  bool in_model = false;                 // of the fit: the drive can take it
+  std::vector<Repeat> repeats = {};    // by further flight
+  std::optional<bool> confirmed = {};  // as Cause::confirmed
+  bool in_model = false;               // of the fit: the drive can take it
 };
 
 // One of the terms tested singly, before any is taken.
@@ -65,10 +68,6 @@ struct TermScope {
 // on the course flown, in linear form and as humps where the flight has been, and slopes of these;
 // height; time; voltage where it is logged. Series are bound.
 std::vector<std::vector<TermFactor>> TermVariables(const TermScope& scope);
-// Sine and cosine of the heading, so many times a turn.
-std::vector<std::vector<TermFactor>> HeadingWaves(const std::vector<double>& periods);
-// North, east and above the middle of the flight; and time.
-std::vector<std::vector<TermFactor>> PlacesAndTime(const std::vector<TermMotion>& flight);
 
 // Forces along horizontal axes of B and E, attitude errors and errors of fixes, for both drives.
 // The rotor drive also has forces along z_B and moments: the IMU drive measures the former and has

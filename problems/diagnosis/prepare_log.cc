@@ -9,9 +9,9 @@
 namespace trueline {
 namespace {
 
-// Adds mocap at options.mocap_interval where IMU and attitude cover it. Mocap outside of them would
+// Adds mocap at its interval where IMU and attitude cover it. Mocap outside of them would
 // make one long pass that cannot be integrated as a whole.
-void AddMocap(const FlightLog& log, const ImuDiagnosisOptions& options, FlightLog* data) {
+void AddMocap(const FlightLog& log, const ContinuousFixOptions& options, FlightLog* data) {
   constexpr double kFromEnds = 0.05;  // s
   const TimeNs from = std::max(data->imu.front().t, data->attitude.front().t);
   const TimeNs to = std::min(data->imu.back().t, data->attitude.back().t);
@@ -88,7 +88,7 @@ std::shared_ptr<const PreparedLog> PrepareLog(const FlightLog& log,
     throw ErrorAt(log.directory + "/mocap.csv", 0,
                   "is not there or empty; --fit_to=mocap needs it (use --fit_to=fixes)");
   }
-  AddMocap(log, options, &data);
+  AddMocap(log, options.vgd.passes.continuous, &data);
   return prepared;
 }
 

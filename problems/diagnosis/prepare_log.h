@@ -20,8 +20,6 @@ struct ImuDiagnosisOptions : SearchOptions {
   std::optional<MotionPriors> priors_without_model;
   std::vector<std::string> warnings;  // from reading
   bool fit_to_mocap = false;          // mocap positions as data, beside the gates' fixes
-  double mocap_interval = 0.1;        // s, between the mocap positions used
-  double mocap_sigma = 0.01;          // m
 };
 
 // The options that a diagnosis shares with a calibration.

@@ -142,9 +142,7 @@ constexpr double kLocal = 0.1;         // share of a parameter's step, for slope
 // The size of each parameter that one unit of a column at this value stands for.
 Eigen::VectorXd UnitsAt(const Candidate& candidate, const Eigen::VectorXd& value) {
   const double share = value == candidate.Neutral() ? 1.0 : kLocal;
-  Eigen::VectorXd units(candidate.size());
-  for (int i = 0; i < units.size(); ++i) units[i] = share * candidate.info->parameters[i].step;
-  return units;
+  return share * candidate.EachOf(&EffectParameterInfo::step);
 }
 
 }  // namespace

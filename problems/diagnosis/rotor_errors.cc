@@ -8,6 +8,7 @@
 #include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/rotor_flight.h"
+#include "problems/diagnosis/thresholds.h"
 #include "problems/result/statistics.h"
 #include "problems/rotor/rotor_state.h"
 #include "problems/rotor/rotor_step.h"
@@ -15,8 +16,7 @@
 namespace trueline {
 namespace {
 
-constexpr double kHorizons[] = {0.25, 0.5, 1.0, 2.0};  // s
-constexpr double kReplaySpacing = 0.1;                 // s, between starts
+constexpr double kReplaySpacing = 0.1;  // s, between starts
 
 // The pose nearest to t.
 std::size_t NearestPose(const RotorData& data, double t) {
@@ -63,7 +63,6 @@ std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
 std::string RotorDrivenFlight::ReplaysAgainst() const { return "poses"; }
 
 ReplaySituation RotorDrivenFlight::SituationOf(const ReplayError& replay) const {
-  constexpr double kNotLogged = std::numeric_limits<double>::quiet_NaN();
   const RotorData& data = *fit_.setup->data;
   const double t = SecondsBetween(data.origin, replay.end) - 0.5 * replay.horizon;
   const std::size_t i = NearestPose(data, t);
@@ -71,15 +70,13 @@ ReplaySituation RotorDrivenFlight::SituationOf(const ReplayError& replay) const 
   const Eigen::Matrix3d R_E_B = AttitudeOf(x);
   const Eigen::Vector3d f_B = fit_.setup->model.BodyAccelerationOf(x.data(), data.InputAt(t)).force;
   const Eigen::Vector3d p_E = SensedPosition(x);
-  ReplaySituation at{};
+  ReplaySituation at;
   at.time = data.since_start + t;
   at.speed = x.segment<3>(RotorDrivenModel::kVelocity).norm();
   at.acceleration = (R_E_B * f_B + log_.gravity * Eigen::Vector3d::UnitZ()).norm();
   at.thrust = -f_B.z();
   at.rate = x.segment<3>(RotorDrivenModel::kRate).norm();
   at.heading = Heading(R_E_B);
-  at.gate = -1;
-  at.gate_distance = kNotLogged;
   at.height = -p_E.z();
   at.battery = LastBefore(log_.battery, data.origin + FromSeconds(t));
   at.north = p_E.x();
@@ -131,12 +128,10 @@ RotorDrivenFlight::PartFit RotorDrivenFlight::FitOf(const std::vector<Found>& fo
 HeldOutErrors RotorDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
                                                bool /*with_false_data*/) const {
   constexpr double kHorizon = 0.5;  // s
-  constexpr double kSpacing = 0.1;  // s
-  constexpr int kFewestOfHalf = 5;  // clusters that both halves need for a fit
   HeldOutErrors errors;
   errors.metric = "open_loop_position_error_0.5s";
   const int count = clusters();
-  if (count < 2 * kFewestOfHalf) return errors;
+  if (count < kFewestBlocks) return errors;
   for (const int half : {0, 1}) {
     std::vector<bool> used;
     used.reserve(static_cast<std::size_t>(count));
@@ -149,7 +144,7 @@ HeldOutErrors RotorDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
     std::map<int, std::vector<double>> by_cluster;
     for (const OpenLoopError& e :
          PredictOpenLoop(setup.model, *setup.data, options_.noise, part.constants, part.constants,
-                         {kHorizon}, kSpacing)) {
+                         {kHorizon}, kReplaySpacing)) {
       const int cluster = std::min(count - 1, static_cast<int>((e.t - start) / length * count));
       if (HalfOf(cluster) == half) by_cluster[cluster].push_back(e.error);
     }
@@ -207,12 +202,8 @@ Residuals RotorDrivenFlight::WhitenedResiduals() const {
 }
 
 void RotorDrivenFlight::Describe(Diagnosis* diagnosis) const {
-  std::vector<ParameterEstimate> constants;
   std::vector<std::string> unobservable;
-  DescribeConstants(WithCovariance(), fit_.setup->prior, &constants, &unobservable);
-  for (const ParameterEstimate& c : constants) {
-    diagnosis->parameters.push_back({c.name, c.unit, c.value, c.sigma});
-  }
+  DescribeConstants(WithCovariance(), fit_.setup->prior, &diagnosis->parameters, &unobservable);
   diagnosis->warnings.insert(diagnosis->warnings.end(), options_.warnings.begin(),
                              options_.warnings.end());
   diagnosis->drive = "rotors";

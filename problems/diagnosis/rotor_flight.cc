@@ -5,18 +5,16 @@
 #include <utility>
 
 #include "problems/calibration/learn_rotor_noise.h"
+#include "problems/diagnosis/thresholds.h"
 
 namespace trueline {
 namespace {
 
 constexpr double kLearnOn = 10.0;  // s of flight that noise is learned on
-constexpr double kNearStep = 0.4;  // of the logarithm, where noise is learned again
-constexpr int kHalvings = 3;
-constexpr int kMostSteps = 4;  // of a refinement
+constexpr int kMostSteps = 4;      // of a refinement
 // Of the cost:
-constexpr double kSmallGain = 0.05;  // a refinement that gains less ends
-constexpr double kIncrease = 0.05;   // a smaller one is the solver's tolerance
-constexpr double kRough = 0.01;      // that tolerance while causes are refined
+constexpr double kSameCost = 0.05;  // a smaller change is the solver's tolerance
+constexpr double kRough = 0.01;     // that tolerance while causes are refined
 // Iterations of a solve meanwhile. Where a step was too long, the solve crawls: the cost stays
 // high.
 constexpr int kRoughIterations = 12;
@@ -193,7 +191,7 @@ std::vector<Found> RotorDrivenFlight::AtLastFit(const std::vector<Found>& found,
 bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found>* found) {
   const Fitted start = fit_;
   const RotorWeights weights = start.weights.By();
-  const double most = start.batch.cost + kIncrease;
+  const double most = start.batch.cost + kSameCost;
   Solve(*found, &start.batch, &weights, true);
   // Constants that absorbed part of the effect (inertia for a missing moment) make steps too long.
   for (int k = 0; k < kHalvings && fit_.batch.cost > most; ++k) {
@@ -222,7 +220,7 @@ void RotorDrivenFlight::RefineValues(std::vector<Found>* found, int most_steps) 
     const double before_step = fit_.batch.cost;
     const bool settled = Step(found);
     if (!Move(before, found) || settled) break;
-    if (before_step - fit_.batch.cost < kSmallGain) break;
+    if (before_step - fit_.batch.cost < kSameCost) break;
   }
   if (most_steps > 1) ReweighOrShorten(regular, found);
 }
@@ -240,7 +238,7 @@ void RotorDrivenFlight::LearnNoiseAgain() {
   RotorEkfOptions filter{options_.noise, fit_.setup->prior, options_.wander};
   RotorDataOptions streams = options_.data;
   streams.motor_lag = fit_.setup->motor_lag;
-  LearnFromFlight(fit_.setup->model, log_, {true, false, false, kLearnOn, stated_, kNearStep},
+  LearnFromFlight(fit_.setup->model, log_, {true, false, false, kLearnOn, stated_, kNearStrength},
                   &streams, &filter);
   learned_[causes] = options_.noise = filter.noise;
 }

@@ -11,6 +11,7 @@
 #include "problems/diagnosis/explanation.h"
 #include "problems/diagnosis/rules.h"
 #include "problems/diagnosis/steps.h"
+#include "problems/diagnosis/thresholds.h"
 #include "problems/diagnosis/witness.h"
 #include "problems/result/statistics.h"
 
@@ -23,10 +24,7 @@ void Rounds::Remove(std::size_t which) {
 }
 
 bool RetainsHalf(const Found& f, const ScoreTest& test) {
-  const Eigen::VectorXd alone = (f.value - f.candidate.Neutral()).cwiseQuotient(test.sigma);
-  const Eigen::VectorXd beside =
-      (test.value - (f.value - f.candidate.Neutral())).cwiseQuotient(test.sigma);
-  return alone.dot(beside) > -0.5 * alone.squaredNorm();
+  return ShareLeft(test.value, f.value - f.candidate.Neutral(), test.sigma) > kMostOf;
 }
 
 namespace {
@@ -35,21 +33,13 @@ constexpr int kMostCauses = 4;
 
 CandidateReport Report(const Tested& t, double alpha) {
   const EffectInfo& info = *t.candidate.info;
-  CandidateReport report = NamedReport(t.candidate, t.test.z(), t.p);
-  report.value = t.value;
-  report.sigma = t.columns.Sizes(info, t.test.sigma);
-  report.detectable = t.columns.Sizes(info, DetectableSize(t.test, alpha / t.tried));
-  return report;
-}
-
-// Terms that explain clearly more than `merit`. Held terms do not compete with effects, so they are
-// compared with zero merit.
-std::vector<TestedTerm> Remaining(const FlightEvidence& evidence, double alpha, double merit) {
-  std::vector<TestedTerm> remaining;
-  for (const TestedTerm& term : evidence.terms()) {
-    if (term.Exceeds(alpha, term.held ? 0.0 : merit)) remaining.push_back(term);
-  }
-  return remaining;
+  return {t.candidate.id(),
+          t.candidate.Label(),
+          t.test.z(),
+          t.p,
+          t.value,
+          t.columns.Sizes(info, t.test.sigma),
+          t.columns.Sizes(info, DetectableSize(t.test, alpha / t.tried))};
 }
 
 // True if the vehicle's motion clearly differs from that of every effect. An effect of an
@@ -120,10 +110,10 @@ class CauseSearch {
     if (next_) return *std::exchange(next_, std::nullopt);
     Outcome outcome;
     outcome.evidence = std::make_shared<FlightEvidence>(
-        *flight_, WithRefinedSteps(Without(candidates_, rounds_.found), *flight_));
+        *flight_, WithRefinedSteps(Without(candidates_, rounds_.found), *flight_), options_.alpha);
     outcome.witnessed = AskFirst(outcome.evidence.get());
     outcome.best = Explain(*outcome.evidence, alpha_);
-    outcome.remaining = Remaining(*outcome.evidence, options_.alpha, outcome.best.merit);
+    outcome.remaining = RemainingTerms(*outcome.evidence, options_.alpha, outcome.best.merit);
     return outcome;
   }
 
@@ -138,6 +128,16 @@ class CauseSearch {
     }
   }
 
+  // The effect as a cause, with what its witness says of it beside the causes in the model.
+  Cause Asked(const Tested& t) const {
+    std::vector<Cause> asked;
+    for (const Found& f : rounds_.found) asked.push_back({f.candidate, f.value, 0.0 * f.value});
+    asked.push_back(CauseOf(t));
+    asked.back().evidence.prior = -std::log(static_cast<double>(tried_ * t.tried));
+    AskWitnesses(flight_->data(), flight_->log(), flight_->Path(), &asked);
+    return asked.back();
+  }
+
   // What a witness says is known before a fit: an effect that it excludes is not tried, and one
   // that it shows is not argued away by another that fits better. Each effect that the flight
   // speaks for is asked for once. Returns those that flight and witness show together.
@@ -150,10 +150,7 @@ class CauseSearch {
       if (speaks && asked_.insert(t.candidate.Label()).second) asked.push_back(t);
     }
     for (const Tested& t : asked) {
-      std::vector<Cause> alone{CauseOf(t)};
-      Cause& cause = alone.front();
-      cause.evidence.prior = -std::log(static_cast<double>(tried_ * t.tried));
-      AskWitnesses(flight_->data(), flight_->log(), flight_->Path(), &alone);
+      Cause cause = Asked(t);
       AddIndependentEvidence(&cause);
       const EffectInfo* info = t.candidate.info;
       if (Refuted(cause, options_.alpha)) {
@@ -182,7 +179,6 @@ class CauseSearch {
   // where the constant is wrong without it: its linear estimate is impossible, or its scores
   // scatter. The likeliest such effects are fitted together with the constants and then judged.
   bool AddMisjudged(const Outcome& outcome) {
-    constexpr std::size_t kMost = 2;
     constexpr double kFirstSize = 0.5;  // of the largest plausible
     constexpr double kLeast = 0.1;      // of the merit of what remains
     const FlightEvidence& evidence = *outcome.evidence;
@@ -199,12 +195,10 @@ class CauseSearch {
     }
     std::sort(likely.begin(), likely.end(),
               [](const Tested& a, const Tested& b) { return a.LinearMerit() > b.LinearMerit(); });
-    likely.resize(std::min(likely.size(), kMost));
+    likely.resize(std::min(likely.size(), kTriedByFit));
     for (Tested& t : likely) {
-      for (Eigen::Index k = 0; k < t.value.size(); ++k) {
-        const double most = kFirstSize * t.candidate.info->parameters[k].plausible;
-        t.value[k] = std::clamp(t.value[k], -most, most);
-      }
+      const Eigen::VectorXd most = kFirstSize * t.candidate.EachOf(&EffectParameterInfo::plausible);
+      t.value = t.value.cwiseMin(most).cwiseMax(-most);
     }
     if (const auto shown = ShownByWitness(evidence)) likely.push_back(*shown);
     return std::ranges::any_of(likely, [&](const Tested& t) {
@@ -221,14 +215,8 @@ class CauseSearch {
       Tested t = evidence.tested()[i];
       if (t.candidate.info->enters != EntersAt::kAttitude) continue;
       if (!seen_.insert(t.candidate.Label()).second) continue;
-      std::vector<Cause> asked;
-      for (const Found& f : rounds_.found) {
-        asked.push_back({f.candidate, f.value, 0.0 * f.value, 0.0, {}, Gain(), Gain(), {}, {}});
-      }
-      asked.push_back(CauseOf(t));
-      AskWitnesses(flight_->data(), flight_->log(), flight_->Path(), &asked);
-      const Cause& cause = asked.back();
-      const double shown = WitnessAlone(cause) - std::log(static_cast<double>(tried_ * t.tried));
+      const Cause cause = Asked(t);
+      const double shown = WitnessAlone(cause) + cause.evidence.prior;
       if (shown < most) continue;
       most = beside_flight_[t.candidate.Label()] = shown;
       t.value = cause.witness.value;
@@ -345,8 +333,12 @@ double StrongestOf(const std::vector<TestedTerm>& terms) {
   return merit;
 }
 
-std::vector<TestedTerm> RemainingTerms(const FlightEvidence& evidence, double alpha) {
-  return Remaining(evidence, alpha, 0.0);
+std::vector<TestedTerm> RemainingTerms(const FlightEvidence& evidence, double alpha, double merit) {
+  std::vector<TestedTerm> remaining;
+  for (const TestedTerm& term : evidence.terms()) {
+    if (term.Exceeds(alpha, term.held ? 0.0 : merit)) remaining.push_back(term);
+  }
+  return remaining;
 }
 
 }  // namespace trueline

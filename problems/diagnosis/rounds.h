@@ -39,7 +39,10 @@ bool RetainsHalf(const Found& f, const ScoreTest& test);
 // The merit of the strongest of them; zero for none.
 double StrongestOf(const std::vector<TestedTerm>& terms);
 
-// Terms that are no effect, and effects of impossible sizes, that are significant; strongest first.
-std::vector<TestedTerm> RemainingTerms(const FlightEvidence& evidence, double alpha);
+// Terms that are no effect, and effects of impossible sizes, that are significant and explain
+// clearly more than `merit`; strongest first. Held terms do not compete with effects, so they are
+// compared with zero merit.
+std::vector<TestedTerm> RemainingTerms(const FlightEvidence& evidence, double alpha,
+                                       double merit = 0.0);
 
 }  // namespace trueline

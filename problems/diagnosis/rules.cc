@@ -9,6 +9,7 @@
 
 #include "problems/diagnosis/evidence_sum.h"
 #include "problems/diagnosis/linearisation.h"
+#include "problems/diagnosis/thresholds.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
@@ -17,12 +18,17 @@ namespace {
 double Ratio(const Gain& g) { return g.arcs > 0 ? g.after / g.before : 1.0; }
 // The bound that lies on one side of the mean with 95 % is nearer than that of the two-sided
 // interval: by this factor for a normal distribution, by less for Student's.
-constexpr double kOneSided = 0.84;
+double OneSided() {
+  return std::sqrt(ChiSquareCritical(2.0 * kSingleAlpha, 1.0) /
+                   ChiSquareCritical(kSingleAlpha, 1.0));
+}
 double MeanOf(const Gain& g) { return g.before - g.after; }
-bool Worse(const Gain& g) { return g.arcs > 0 && -MeanOf(g) > kOneSided * (g.high - MeanOf(g)); }
-bool Better(const Gain& g) { return g.arcs > 0 && MeanOf(g) > kOneSided * (MeanOf(g) - g.low); }
+bool Worse(const Gain& g) { return g.arcs > 0 && -MeanOf(g) > OneSided() * (g.high - MeanOf(g)); }
+bool Better(const Gain& g) { return g.arcs > 0 && MeanOf(g) > OneSided() * (MeanOf(g) - g.low); }
 
-bool Witnessed(const Cause& cause) { return cause.witness.says == "confirms"; }
+bool PredictsWorse(const Gain& arcs, const Gain& replays) {
+  return Ratio(arcs) * Ratio(replays) > 1.0;
+}
 
 }  // namespace
 
@@ -38,10 +44,6 @@ std::string PartsText(const EvidenceSum& evidence) {
 
 bool ClearGain(const Gain& arcs, const Gain& replays) {
   return (Better(arcs) || Better(replays)) && !PredictsWorse(arcs, replays);
-}
-
-bool PredictsWorse(const Gain& arcs, const Gain& replays) {
-  return Ratio(arcs) * Ratio(replays) > 1.0;
 }
 
 bool ClearLoss(const Gain& arcs, const Gain& replays) {
@@ -76,7 +78,9 @@ void AddOthersEvidence(const SearchOptions& options, Cause* cause) {
   evidence.other_flights = 0.0;
 }
 
-bool Claimed(const Cause& cause) { return cause.confirmed.value_or(true) || Witnessed(cause); }
+bool Claimed(const Cause& cause) {
+  return cause.confirmed.value_or(true) || cause.witness.says == "confirms";
+}
 
 std::string VerdictOf(const std::vector<Cause>& causes, const std::vector<Cause>& set_aside,
                       const std::vector<std::string>& unexplained_by, double alpha,
@@ -99,7 +103,6 @@ std::vector<std::string> ConfusedConstants(const Linearisation& fit,
                                            const std::vector<Found>& found, std::size_t which,
                                            const std::vector<std::string>& names) {
   constexpr double kOpened = 0.01;  // of a prior's precision
-  constexpr double kChance = 0.05;  // above: the size without priors is not significant
   constexpr double kCorrelated = 0.7;
   const std::vector<int> nuisances = fit.Beside(which);
   const EffectColumns& own = fit.found[which];
@@ -114,7 +117,7 @@ std::vector<std::string> ConfusedConstants(const Linearisation& fit,
       own.Steps(*candidate.info, found[which].value - candidate.Neutral());
   const double chi2 = steps.dot(cov.bottomRightCorner(size, size).ldlt().solve(steps));
   std::vector<std::string> confused;
-  if (ChiSquareTail(chi2, static_cast<double>(size)) < kChance) return confused;
+  if (ChiSquareTail(chi2, static_cast<double>(size)) < kSingleAlpha) return confused;
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto row = static_cast<Eigen::Index>(k);
     for (Eigen::Index i = M.rows() - size; i < M.rows(); ++i) {

@@ -8,9 +8,6 @@ namespace trueline {
 class Linearisation;
 struct Found;
 
-// Of terms of the open catalogue: true if the model with them predicts held-out flight worse.
-bool PredictsWorse(const Gain& arcs, const Gain& replays);
-
 // True if held-out flight is predicted better by one measure, and not worse by both together.
 bool ClearGain(const Gain& arcs, const Gain& replays);
 

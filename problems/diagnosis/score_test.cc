@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "problems/diagnosis/thresholds.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
@@ -25,13 +26,11 @@ struct Projected {
 // A tested column that the nuisances explain wholly (a term and an effect of the same kind) carries
 // no information. Rounding leaves some, and a step in it; both are replaced by next to nothing.
 void LeaveOutExplained(const Vector& alone, Projected* projected) {
-  constexpr double kExplained = 1e-9;  // of the information without nuisances
-  constexpr double kNothing = 1e-18;
   for (Eigen::Index i = 0; i < alone.size(); ++i) {
-    if (projected->information(i, i) > kExplained * alone[i]) continue;
+    if (projected->information(i, i) > kNoInformation * alone[i]) continue;
     projected->information.row(i).setZero();
     projected->information.col(i).setZero();
-    projected->information(i, i) = kNothing * alone[i];
+    projected->information(i, i) = kNoInformation * kNoInformation * alone[i];
     projected->score[i] = 0.0;
   }
 }
@@ -114,6 +113,10 @@ LinearEstimate Estimate(const Linearisation& fit, const Indices& nuisances, cons
   return EstimateOf(Project(fit, nuisances, tested));
 }
 
+Vector BeyondChance(const Vector& moved, const Vector& chance) {
+  return (moved.cwiseAbs2() - chance).cwiseMax(0.0);
+}
+
 double ScoreTest::z() const { return std::sqrt(std::min(chi2, chi2_cluster)); }
 
 double ScoreTest::Sharing(const Vector& size) const {
@@ -124,8 +127,7 @@ double ScoreTest::Sharing(const Vector& size) const {
 }
 
 double ScoreTest::DegreesOfFreedom(const Vector& size) const {
-  constexpr double kOfPrior = 4.0;
-  return kOfPrior + std::max(0.0, Sharing(size) - 1.0);
+  return kTails + std::max(0.0, Sharing(size) - 1.0);
 }
 
 void ScoreTest::Judge(const Vector& whole_value) {
@@ -148,8 +150,8 @@ void ScoreTest::LimitTo(double most) {
 }
 
 void ScoreTest::Widen(const ScoreTest& beside) {
-  const Vector by_chance = (beside.sigma.cwiseAbs2() - sigma.cwiseAbs2()).cwiseMax(0.0);
-  const Vector more = ((beside.value - value).cwiseAbs2() - by_chance).cwiseMax(0.0);
+  const Vector chance = (beside.sigma.cwiseAbs2() - sigma.cwiseAbs2()).cwiseMax(0.0);
+  const Vector more = BeyondChance(beside.value - value, chance);
   sigma = (sigma.cwiseAbs2() + more).cwiseSqrt();
   cov_model.diagonal() += more;
   cov_cluster.diagonal() += more;
@@ -162,6 +164,7 @@ void ScoreTest::Scale(const Vector& unit) {
   cov_model = unit.asDiagonal() * cov_model * unit.asDiagonal();
   cov_cluster = unit.asDiagonal() * cov_cluster * unit.asDiagonal();
   information = information * unit.cwiseAbs2().cwiseInverse().asDiagonal();
+  scores = scores * unit.cwiseInverse().asDiagonal();
 }
 
 ScoreTest TestColumns(const Linearisation& fit, const Indices& nuisances, const Indices& tested,
@@ -173,7 +176,8 @@ ScoreTest TestColumns(const Linearisation& fit, const Indices& nuisances, const 
   ScoreTest test;
   test.value = estimate.value;
   test.gain = estimate.gain;
-  const Matrix scores = ClusterScores(fit, projected, test.value, nuisances, tested);
+  test.scores = ClusterScores(fit, projected, test.value, nuisances, tested);
+  const Matrix& scores = test.scores;
   const auto clusters = static_cast<double>(scores.rows());
   const Matrix scatter =
       scores.transpose() * scores * (clusters / FreeClusters(scores.rows(), size));
@@ -203,9 +207,9 @@ ScoreTest TestFound(const Linearisation& fit, const std::vector<Found>& found, s
 
 Vector DetectableSize(const ScoreTest& test, double alpha, const std::vector<Matrix>& errors) {
   const int size = static_cast<int>(test.value.size());
-  const double by_model = NonCentralityFor(ChiSquareCritical(alpha, size), size, 0.95);
+  const double by_model = NonCentralityFor(ChiSquareCritical(alpha, size), size, kPower);
   const double by_cluster = NonCentralityFor(
-      size * FCritical(alpha, size, FreeClusters(test.information.rows(), size)), size, 0.95);
+      size * FCritical(alpha, size, FreeClusters(test.information.rows(), size)), size, kPower);
   // One parameter at a time, the effect's others at zero: v^2 / model is the non-centrality.
   const auto square = [&](const Matrix& error) -> Vector {
     const auto variance = [&](const Matrix& cov) -> Vector {

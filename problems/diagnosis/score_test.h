@@ -26,6 +26,9 @@ double OwnShare(const Linearisation& fit, const std::vector<int>& nuisances, int
 Eigen::MatrixXd ImitatedBy(const Linearisation& fit, const std::vector<int>& nuisances,
                            const std::vector<int>& tested, const std::vector<int>& alike);
 
+// What a value that is moved by `moved` errs by beyond the `chance` (variances) of such a move.
+Eigen::VectorXd BeyondChance(const Eigen::VectorXd& moved, const Eigen::VectorXd& chance);
+
 // An estimate, and the evidence that it exceeds ordinary sizes. Effects below `ordinary` are not
 // reported, at any significance.
 struct ScoreTest {
@@ -40,6 +43,7 @@ struct ScoreTest {
   // Of each cluster about each of the columns, nuisances allowed for; empty if there are no
   // clusters.
   Eigen::MatrixXd information;
+  Eigen::MatrixXd scores;  // by cluster, of the fit with the columns at their estimate
 
   double p() const { return p_model > p_cluster ? p_model : p_cluster; }
   double z() const;

@@ -69,10 +69,9 @@ std::vector<Candidate> WithRefinedSteps(std::vector<Candidate> candidates,
 Found Refined(const Tested& effect, const DiagnosedFlight& flight) {
   Found refined{effect.candidate, effect.value};
   if (!effect.candidate.IsStep()) return refined;
-  constexpr int kTried = 17;
   double range = flight.Scope().StepSpacing() / kFinerSteps;
-  for (int round = 0; round < 2; ++round, range /= 8.0) {
-    const Found found = BestStep(refined.candidate, range, kTried, flight);
+  for (int round = 0; round < 2; ++round, range /= 2 * kFinerSteps) {
+    const Found found = BestStep(refined.candidate, range, 4 * kFinerSteps + 1, flight);
     if (Plausible(found.candidate, found.value)) refined = found;
   }
   return refined;

@@ -10,11 +10,10 @@
 #include "problems/common/error.h"
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/score_test.h"
+#include "problems/diagnosis/thresholds.h"
 
 namespace trueline {
 namespace {
-
-constexpr double kHarmfulMove = 2.0;  // sigmas
 
 void SetEffects(const std::vector<Effect>& effects, CalibrationOptions* options) {
   options->effects = effects;
@@ -52,13 +51,12 @@ struct WindFit {
 
 // The wind by one linear step; none if its score is not significant.
 std::optional<Found> StepToWind(const ImuDrivenFlight& flight) {
-  constexpr double kWorthFitting = 0.01;
   const Candidate wind{&InfoOf("wind"), {}};
   const auto fit = flight.Linearise({wind}, false);
   const EffectColumns& own = fit->candidates.front();
   const ScoreTest test =
       TestColumns(*fit, fit->Modelled(), own.columns, own.Steps(*wind.info, wind.Ordinary()));
-  if (test.p() >= kWorthFitting) return std::nullopt;
+  if (test.p() >= SearchOptions().alpha) return std::nullopt;
   return Found{wind, wind.Neutral() + own.Sizes(*wind.info, test.value)};
 }
 
@@ -131,13 +129,13 @@ std::string MovesInWords(const std::vector<MovedConstant>& moved) {
   constexpr std::size_t kNamed = 3;  // at most
   std::vector<std::string> words;
   for (const MovedConstant& m : moved) {
-    if (m.sigmas <= kHarmfulMove || words.size() == kNamed) break;
+    if (m.sigmas <= kChanceSigmas || words.size() == kNamed) break;
     words.push_back(fmt::format("{} would be {:.3f} instead of {:.3f} {} ({:.1f} of its sigmas)",
                                 m.name, m.with, m.without, m.unit, m.sigmas));
   }
   if (!words.empty()) return fmt::format("with it {}", fmt::join(words, ", "));
   return fmt::format("no constant would move by more than {:g} of its sigmas with it",
-                     kHarmfulMove);
+                     kChanceSigmas);
 }
 
 }  // namespace
@@ -166,7 +164,7 @@ void JudgeWind(const FlightLog& log, const CalibrationOptions& options, Calibrat
       "it{}",
       wind->value.x(), wind->sigma.x(), wind->value.y(), wind->sigma.y(), MovesInWords(wind->moved),
       taken ? "" : " with --estimator=vgd or smoother");
-  const bool harmful = !wind->moved.empty() && wind->moved.front().sigmas > kHarmfulMove;
+  const bool harmful = !wind->moved.empty() && wind->moved.front().sigmas > kChanceSigmas;
   if (harmful) {
     AddReasons({text}, &calibration->verdict);
   } else {

@@ -11,6 +11,9 @@
 #include <optional>
 
 #include "problems/diagnosis/agreement.h"
+#include "problems/diagnosis/false_gate.h"
+#include "problems/diagnosis/score_test.h"
+#include "problems/diagnosis/thresholds.h"
 #include "problems/result/statistics.h"
 #include "problems/trajectory/mocap_path.h"
 
@@ -19,9 +22,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr int kFewestBlocks = 10;  // of a flight, whose scatter gives the sigmas
-constexpr double kThreeSigma = 0.0027;
 
 // A size in a comparison of two streams, and how the log is corrected for it.
 struct Unknown {
@@ -55,13 +55,12 @@ struct Linear {
   MatrixXd inverse;  // of the weighted normal matrix
 
   Linear(MatrixXd stacked, const VectorXd& weights) : columns(std::move(stacked)), weight(weights) {
-    constexpr double kFloor = 1e-9;  // of directions that the flight does not show
     const MatrixXd weighted = weight.cwiseSqrt().asDiagonal() * columns;
     unit = weighted.colwise().norm().cwiseMax(1e-12).cwiseInverse();
     columns = columns * unit.asDiagonal();
     const MatrixXd scaled = weight.cwiseSqrt().asDiagonal() * columns;
     MatrixXd normal = scaled.transpose() * scaled;
-    normal.diagonal().array() += kFloor;
+    normal.diagonal().array() += kNoInformation;
     inverse = normal.llt().solve(MatrixXd::Identity(normal.rows(), normal.cols()));
   }
   VectorXd Solve(const VectorXd& r) const {
@@ -92,7 +91,6 @@ struct Linear {
 // taken for a scale (errors in variables).
 std::optional<SizeEstimate> BestSizes(const CorrectedRows& rows_at, const CorrectedRows& slopes_at,
                                       const std::vector<Unknown>& unknowns) {
-  constexpr int kIterations = 8;
   constexpr double kSmall = 0.01;  // of a step
   const auto count = static_cast<Eigen::Index>(unknowns.size());
   VectorXd sizes(count), weight;
@@ -123,7 +121,7 @@ std::optional<SizeEstimate> BestSizes(const CorrectedRows& rows_at, const Correc
       moves[k] = move;
       sizes[k] = std::clamp(sizes[k] + move, -unknowns[k].limit, unknowns[k].limit);
     }
-    if (!settled && i < kIterations) continue;
+    if (!settled && i < kMostIterations) continue;
     const auto sigmas = linear.Sigmas(rows.r + linear.columns * solution, rows.t);
     if (!sigmas || !sizes.allFinite() || !sigmas->allFinite()) return std::nullopt;
     // A search that has not settled is as uncertain as its last move.
@@ -244,17 +242,13 @@ SizeEstimate ImuDelay(const FlightLog& log, const MocapComparison& mocap) {
 
 // The share of a false gate: fixes that mocap shows to be displaced by the gate's offset.
 std::optional<SizeEstimate> FalseShare(const FlightLog& recorded, const Candidate& candidate) {
-  constexpr double kVisible = 5.5;  // sigmas
-  const Eigen::Vector3d offset(candidate.fixed.at("dx"), candidate.fixed.at("dy"),
-                               candidate.fixed.at("dz"));
-  int count = 0, displaced = 0;
+  const Eigen::Vector3d offset = OffsetOf(candidate);
+  DisplacedFixes fixes;
   for (const Fix& fix : recorded.fixes) {
-    if (fix.gate < 0 || offset.norm() < kVisible * fix.sigma) continue;
-    const auto p_E = PositionAt(recorded.mocap, fix.t);
-    if (!p_E) continue;
-    ++count;
-    displaced += (fix.p_E - *p_E + offset).norm() < 0.5 * offset.norm();
+    const auto p_E = fix.gate < 0 ? std::nullopt : PositionAt(recorded.mocap, fix.t);
+    if (p_E) fixes.Add(fix.p_E - *p_E, fix.sigma, offset);
   }
+  const auto [count, displaced] = fixes;
   if (count < 2 * kFewestBlocks) return std::nullopt;
   const double share = displaced / static_cast<double>(count);
   const double sigma = std::sqrt((share * (1.0 - share) + 1.0 / count) / count);
@@ -374,16 +368,14 @@ bool Shown(const EffectParameterInfo& parameter, double sigma) {
 }
 
 std::string WitnessVerdict(const Witness& witness, const Cause& cause) {
-  constexpr double kShareShown = 0.4;  // of the size, that a witness of the effect shows of it
   const auto count = static_cast<double>(cause.value.size());
-  const double critical = std::sqrt(ChiSquareCritical(kThreeSigma, count));
+  const double apart_by_chance = ChiSquareTail(kApartSigmas * kApartSigmas, 1.0);
+  const double critical = std::sqrt(ChiSquareCritical(apart_by_chance, count));
   const VectorXd neutral = cause.candidate.Neutral();
   const VectorXd both = (witness.sigma.cwiseAbs2() + cause.sigma.cwiseAbs2()).cwiseSqrt();
-  const VectorXd fitted = (cause.value - neutral).cwiseQuotient(both);
-  const VectorXd shown = (witness.value - neutral).cwiseQuotient(both);
-  const bool apart = (fitted - shown).norm() > critical;
-  const double share = fitted.dot(shown) / fitted.squaredNorm();
-  if (apart && share < kShareShown) return "refutes";
+  const bool apart = (cause.value - witness.value).cwiseQuotient(both).norm() > critical;
+  const double share = ShareLeft(witness.value - neutral, cause.value - neutral, both);
+  if (apart && share < kMostOf) return "refutes";
   const VectorXd usual =
       (witness.sigma.cwiseAbs2() + cause.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
   const bool shows = (witness.value - neutral).cwiseQuotient(usual).norm() > critical;
@@ -391,13 +383,10 @@ std::string WitnessVerdict(const Witness& witness, const Cause& cause) {
 }
 
 void WidenByWitness(Cause* cause) {
-  constexpr double kTwoSigma = 2.0;  // a smaller difference is that of chance
   const Witness& witness = cause->witness;
   if (witness.value.size() != cause->value.size() || witness.says == "refutes") return;
   const VectorXd both = witness.sigma.cwiseAbs2() + cause->sigma.cwiseAbs2();
-  const VectorXd apart = (cause->value - witness.value).cwiseAbs2();
-  const VectorXd beyond = (apart.array() > kTwoSigma * kTwoSigma * both.array())
-                              .select(apart - both, VectorXd::Zero(both.size()));
+  const VectorXd beyond = BeyondChance(cause->value - witness.value, both);
   cause->sigma = (cause->sigma.cwiseAbs2() + beyond).cwiseSqrt();
 }
 

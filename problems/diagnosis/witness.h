@@ -21,14 +21,14 @@ std::string SizesText(const EffectInfo& info, const Eigen::VectorXd& value,
                       const Eigen::VectorXd& sigma);
 
 // The witness's verdict on an effect that the fit states. It refutes a size that differs from its
-// own by 3 sigmas of both if it shows less than 0.4 of it. Otherwise it confirms the effect if it
+// own by 3 sigmas of both if it shows less than half of it. Otherwise it confirms the effect if it
 // shows a significant size of the same sign itself; WidenByWitness treats a size that is off.
 // `value` and `sigma` of the witness must be set.
 std::string WitnessVerdict(const Witness& witness, const Cause& cause);
 
-// Where fit and witness differ by more than twice the sigma of both, one of them errs by more than
-// it states: the cause's sigma then includes the difference (the variance between two methods of
-// DerSimonian and Laird 1986). A cause that its witness refutes is left as it is.
+// Where fit and witness differ by more than the sigma of both, one of them errs by more than it
+// states: the cause's sigma then includes the rest (DerSimonian and Laird 1986). A cause that its
+// witness refutes is left as it is.
 void WidenByWitness(Cause* cause);
 
 }  // namespace trueline

@@ -20,6 +20,13 @@ YAML::Node Flow(YAML::Node node) {
   return node;
 }
 
+YAML::Node Pair(double first, double second, int digits) {
+  YAML::Node node;
+  node.push_back(Rounded(first, digits));
+  node.push_back(Rounded(second, digits));
+  return Flow(node);
+}
+
 YAML::Node Value(double value, double sigma, const std::string& unit) {
   return FlowMap({{"value", Rounded(value, 6)}, {"sigma", Rounded(sigma, 3)}, {"unit", unit}});
 }
@@ -49,9 +56,7 @@ YAML::Node GainNode(const Gain& gain, const std::string& metric, const char* cou
   node["before"] = Rounded(gain.before, 4);
   node["after"] = Rounded(gain.after, 4);
   if (std::isfinite(gain.low)) {
-    node["interval95"].push_back(Rounded(gain.low, 4));
-    node["interval95"].push_back(Rounded(gain.high, 4));
-    node["interval95"].SetStyle(YAML::EmitterStyle::Flow);
+    node["interval95"] = Pair(gain.low, gain.high, 4);
   }
   node[count] = gain.arcs;
   return node;
@@ -122,8 +127,7 @@ YAML::Node CauseNode(const Cause& cause) {
                               {"other_flights", Rounded(cause.evidence.other_flights, 3)},
                               {"prior", Rounded(cause.evidence.prior, 3)}});
   node["confidence"] = Rounded(1.0 - cause.p, 6);
-  node["confused_with"] = cause.confused_with;
-  node["confused_with"].SetStyle(YAML::EmitterStyle::Flow);
+  node["confused_with"] = Flow(YAML::Node(cause.confused_with));
   if (!cause.confused_with.empty()) node["separate_by"] = cause.candidate.info->separate_by;
   AddGains(cause.gain, cause.open_loop, &node);
   if (cause.agreement.arcs > 0) {
@@ -156,8 +160,9 @@ YAML::Node TermNode(const DescribedTerm& described) {
   if (!PhysicsOf(term).empty()) node["physics"] = PhysicsOf(term);
   if (!described.alike.empty()) node["fits_alike"] = described.alike;
   if (!described.instead_of.empty()) node["instead_of"] = described.instead_of;
-  for (const TermRepeat& repeat : described.repeats) {
-    YAML::Node other = repeat.size.sigma > 0.0 ? SizeNode(repeat.size) : YAML::Node();
+  for (const Repeat& repeat : described.repeats) {
+    YAML::Node other;
+    if (repeat.value.size() > 0) other = SizeNode({repeat.value[0], repeat.sigma[0]});
     other["log"] = repeat.log;
     other["outcome"] = repeat.outcome;
     node["other_flights"].push_back(other);
@@ -171,10 +176,10 @@ YAML::Node CandidateNode(const CandidateReport& report) {
   if (report.label != report.id) node["which"] = report.label;
   node["score_z"] = Rounded(report.z, 4);
   node["p_value"] = Rounded(report.p, 4);
-  for (std::size_t i = 0; i < report.parameters.size(); ++i) {
-    const std::string& name = report.parameters[i];
-    if (report.value.size() > 0) node["estimate"][name] = Rounded(report.value[i], 3);
-    if (report.sigma.size() > 0) node["sigma"][name] = Rounded(report.sigma[i], 2);
+  for (int i = 0; i < report.value.size(); ++i) {
+    const std::string& name = report.parameters()[i].name;
+    node["estimate"][name] = Rounded(report.value[i], 3);
+    node["sigma"][name] = Rounded(report.sigma[i], 2);
     node["detectable_size"][name] = Rounded(report.detectable[i], 3);
   }
   return Flow(node);
@@ -184,8 +189,7 @@ YAML::Node AxesNode(const Eigen::Vector3d& before, const Eigen::Vector3d& after,
                     const std::array<const char*, 3>& names) {
   YAML::Node node;
   for (int i = 0; i < 3; ++i) {
-    node[names[i]].push_back(Rounded(before[i], 3));
-    node[names[i]].push_back(Rounded(after[i], 3));
+    node[names[i]] = Pair(before[i], after[i], 3);
   }
   return Flow(node);
 }
@@ -215,7 +219,7 @@ YAML::Node MisfitNode(const Misfit& misfit) {
 // The content that --model takes: the vehicle's parameters, and effects beyond eq. 15.
 YAML::Node ModelNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
   YAML::Node node;
-  for (const ModelParameter& p : diagnosis.parameters) {
+  for (const ParameterEstimate& p : diagnosis.parameters) {
     node["parameters"][p.name] = Value(p.value, p.sigma, p.unit);
   }
   node["effects"] = EffectsNode(diagnosis.in_model);
@@ -228,10 +232,12 @@ void WriteResiduals(const Diagnosis& diagnosis, const std::filesystem::path& pat
            "t [s],kind,gate [1],x_before [1],y_before [1],z_before [1],x_after [1],y_after "
            "[1],z_after [1]",
            [&](std::ostream& out) {
-             for (const RowReport& r : diagnosis.rows) {
+             for (std::size_t i = 0; i < diagnosis.after.rows.size(); ++i) {
+               const Residuals::Row& r = diagnosis.after.rows[i];
+               const Eigen::Vector3d &before = diagnosis.before.rows[i].sigmas, &after = r.sigmas;
                fmt::print(out, "{:.6f},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n", r.t,
-                          r.kind, r.gate, r.before.x(), r.before.y(), r.before.z(), r.after.x(),
-                          r.after.y(), r.after.z());
+                          r.kind, r.gate, before.x(), before.y(), before.z(), after.x(), after.y(),
+                          after.z());
              }
            });
 }
@@ -299,19 +305,18 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   }
   if (!diagnosis.against.empty()) node["against"] = diagnosis.against;
   node["evidence_needed"] = Rounded(diagnosis.evidence_needed, 3);
-  node["not_shown"] = diagnosis.not_shown;
-  node["not_shown"].SetStyle(YAML::EmitterStyle::Flow);
+  node["not_shown"] = Flow(YAML::Node(diagnosis.not_shown));
   node["candidates"] = YAML::Node(YAML::NodeType::Sequence);
   for (const CandidateReport& c : diagnosis.candidates) {
     node["candidates"].push_back(CandidateNode(c));
   }
   YAML::Node residual;
-  residual["rms_before"] = Rounded(diagnosis.rms_before, 4);
-  residual["rms_after"] = Rounded(diagnosis.rms_after, 4);
+  residual["rms_before"] = Rounded(diagnosis.before.rms, 4);
+  residual["rms_after"] = Rounded(diagnosis.after.rms, 4);
   residual["unit"] = "sigma";
-  residual["white"] = diagnosis.whiteness_p > 0.01;
-  residual["whiteness_p"] = Rounded(diagnosis.whiteness_p, 3);
-  residual["whiteness_p_before"] = Rounded(diagnosis.whiteness_p_before, 3);
+  residual["white"] = diagnosis.after.whiteness_p > 0.01;
+  residual["whiteness_p"] = Rounded(diagnosis.after.whiteness_p, 3);
+  residual["whiteness_p_before"] = Rounded(diagnosis.before.whiteness_p, 3);
   node["residual"] = Flow(residual);
   if (diagnosis.misfit) node["misfit"] = MisfitNode(*diagnosis.misfit);
   node["noise"] = diagnosis.noise;

@@ -47,7 +47,7 @@ TEST(Diagnose, ACleanFlightIsClean) {
   EXPECT_EQ(diagnosis.verdict, "clean");
   EXPECT_TRUE(diagnosis.causes.empty());
   // 3.3 standard errors of 1,200 fixes with the tails of Student's t of 5 degrees of freedom.
-  EXPECT_NEAR(diagnosis.rms_before, 1.0, 0.08);
+  EXPECT_NEAR(diagnosis.before.rms, 1.0, 0.08);
   EXPECT_GT(diagnosis.candidates.size(), 20U);
   for (const CandidateReport& c : diagnosis.candidates) EXPECT_GT(c.detectable.minCoeff(), 0.0);
 }

@@ -102,8 +102,9 @@ TEST(Confirm, MoreThanHalfOfTheOtherFlightsMustRepeatIt) {
 }
 
 TEST(ChooseModel, IntervalsContainWhatTheModelLacks) {
-  std::vector<ModelParameter> without{{"K_x", "1/s", -0.25, 0.03}, {"K_y", "1/s", -0.4, 0.02}};
-  WidenByChange({{"K_x", "1/s", -0.29, 0.02}}, &without);
+  std::vector<ParameterEstimate> without{{"K_x", -0.25, 0.03, "1/s", ""},
+                                         {"K_y", -0.4, 0.02, "1/s", ""}};
+  WidenByChange({{"K_x", -0.29, 0.02, "1/s", ""}}, &without);
   EXPECT_NEAR(without[0].sigma, 0.05, 1e-12);
   EXPECT_EQ(without[0].value, -0.25);
   EXPECT_EQ(without[1].sigma, 0.02);

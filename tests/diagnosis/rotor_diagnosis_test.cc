@@ -43,8 +43,8 @@ SquaredErrors ExpectOnlyCause(const Diagnosis& diagnosis, const Hidden& hidden) 
 TEST(DiagnoseRotors, ACleanFlightIsClean) {
   const Diagnosis diagnosis = Diagnose({FlyRotorsHiding({}, 10.0, 5)}, RotorOptions());
   EXPECT_EQ(diagnosis.verdict, "clean");
-  EXPECT_NEAR(diagnosis.rms_before, 1.0, 0.15);
-  EXPECT_EQ(diagnosis.rows.size(), 2 * 299u);
+  EXPECT_NEAR(diagnosis.before.rms, 1.0, 0.15);
+  EXPECT_EQ(diagnosis.after.rows.size(), 2 * 299u);
   std::set<std::string> ids;
   for (const CandidateReport& c : diagnosis.candidates) {
     ids.insert(c.id);
@@ -107,7 +107,7 @@ TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
   EXPECT_EQ(diagnosis.verdict, "explained");
   EXPECT_GE(diagnosis.causes[0].gain.arcs, 8);
   EXPECT_LT(diagnosis.causes[0].gain.after, diagnosis.causes[0].gain.before);
-  EXPECT_LT(diagnosis.rms_after, diagnosis.rms_before);
+  EXPECT_LT(diagnosis.after.rms, diagnosis.before.rms);
 
   const auto folder = std::filesystem::path(testing::TempDir()) / "trueline_rotor_diagnosis";
   WriteDiagnosis(diagnosis, DiagnosisNode(diagnosis, YAML::Node()), folder);
