@@ -54,7 +54,7 @@ struct HeldOutErrors {
 // Fits with causes that a flight keeps: a search that rejects a cause returns to the one before it.
 inline constexpr std::size_t kMostKept = 6;
 // Of replays, s.
-inline constexpr double kHorizons[] = {0.25, 0.5, 1.0, 2.0}, kHeldOutHorizon = 1.0;
+inline constexpr double kReplayHorizons[] = {0.25, 0.5, 1.0, 2.0}, kHeldOutHorizon = 1.0;
 
 class DiagnosedFlight {
  public:

@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 
 // Horizons from a quarter of a second to the median arc between passes.
 std::vector<double> Horizons(const FlightLog& log, const PassOptions& options) {
-  std::vector<double> horizons(std::begin(kHorizons), std::end(kHorizons));
+  std::vector<double> horizons(std::begin(kReplayHorizons), std::end(kReplayHorizons));
   const std::vector<Pass> passes = FindPasses(log.fixes, options);
   std::vector<double> arcs;
   for (std::size_t i = 1; i < passes.size(); ++i) {

@@ -45,7 +45,7 @@ std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
     RotorState x = Joined(fit_.batch.nodes[i].motion, fit_.batch.mean);
     Eigen::Vector3d drift = fit_.batch.nodes[i].drift;
     const Eigen::Vector3d p_E = SensedPosition(x);
-    for (const double horizon : kHorizons) {
+    for (const double horizon : kReplayHorizons) {
       const double asked = data.poses[i].t + horizon;
       if (asked > data.poses.back().t) break;
       const RotorPose& pose = data.poses[NearestPose(data, asked)];

@@ -386,7 +386,9 @@ void WidenByWitness(Cause* cause) {
   const Witness& witness = cause->witness;
   if (witness.value.size() != cause->value.size() || witness.says == "refutes") return;
   const VectorXd both = witness.sigma.cwiseAbs2() + cause->sigma.cwiseAbs2();
-  const VectorXd beyond = BeyondChance(cause->value - witness.value, both);
+  const VectorXd apart = cause->value - witness.value;
+  const auto by_chance = apart.array().square() <= kChanceSigmas * kChanceSigmas * both.array();
+  const VectorXd beyond = by_chance.select(VectorXd::Zero(apart.size()), BeyondChance(apart, both));
   cause->sigma = (cause->sigma.cwiseAbs2() + beyond).cwiseSqrt();
 }
 

@@ -26,9 +26,9 @@ std::string SizesText(const EffectInfo& info, const Eigen::VectorXd& value,
 // `value` and `sigma` of the witness must be set.
 std::string WitnessVerdict(const Witness& witness, const Cause& cause);
 
-// Where fit and witness differ by more than the sigma of both, one of them errs by more than it
-// states: the cause's sigma then includes the rest (DerSimonian and Laird 1986). A cause that its
-// witness refutes is left as it is.
+// Where fit and witness differ by more than twice the sigma of both, one of them errs by more than
+// it states: the cause's sigma then includes the difference (the variance between two methods of
+// DerSimonian and Laird 1986). A cause that its witness refutes is left as it is.
 void WidenByWitness(Cause* cause);
 
 }  // namespace trueline
