@@ -56,7 +56,7 @@ TRUELINE_PROGRAMS=$prefix/bin /usr/bin/python3 "$source_dir/tests/tutorials/tuto
 # Where the library is built for AVX2, the programs and the library for other processors are not, and
 # the loader takes the one that the processor can run.
 fast=$prefix/lib/glibc-hwcaps/x86-64-v3
-avx() { objdump -d --no-show-raw-insn "$1" | grep -cE '[[:space:]]v[a-z0-9]+ .*%[xyz]mm' || true; }
+avx() { objdump -d --no-show-raw-insn "$1" | grep -m1 -cE '[[:space:]]v[a-z0-9]+ .*%[xyz]mm' || true; }
 if [[ -d $fast ]] && grep -q -E '^TRUELINE_AVX2:BOOL=(ON|1)$' "$build_dir/CMakeCache.txt"; then
   other=$(ninja -C "$build_dir" -t commands trueline_other_processor)
   [[ -n $other && $other != *-mavx2* ]] || fail "the other library is compiled for AVX2"
