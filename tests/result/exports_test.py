@@ -1,7 +1,13 @@
-"""Results in the formats of other programs, read back by other means than those that wrote them."""
+"""Results in the formats of other programs, read back by other means than those that wrote them: by readers
+written here, and by programs that know nothing of Trueline (@mcap/core of npm, pandas and SciPy).
+
+@mcap/core is looked for in the folder TRUELINE_NODE_MODULES, else in node_modules beside the source; get it by
+`npm install --ignore-scripts @mcap/core`.
+"""
 import csv
 import json
 import math
+import os
 import shutil
 import struct
 import subprocess
@@ -11,12 +17,43 @@ import zlib
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
+from scipy.spatial.transform import Rotation
 
 import diagnosis_page_test
 import synthetic_result as synthetic
-from pages import BUILD, render
+from pages import BUILD, SOURCE, render
 
 MAGIC = b"\x89MCAP0\r\n"
+MODULES = Path(os.environ.get("TRUELINE_NODE_MODULES", SOURCE / "node_modules"))
+READ = """
+const {McapIndexedReader, McapStreamReader} = require("@mcap/core"), fs = require("fs/promises");
+(async () => {
+  const file = await fs.open(process.argv[1]), size = (await file.stat()).size;
+  const readable = {size: async () => BigInt(size), read: async (offset, length) => {
+    const buffer = Buffer.alloc(Number(length));
+    await file.read(buffer, 0, Number(length), Number(offset));
+    return new Uint8Array(buffer);
+  }};
+  const reader = await McapIndexedReader.Initialize({readable}), topics = {}, ids = new Map();
+  for (const channel of reader.channelsById.values()) {
+    ids.set(channel.id, channel.topic);
+    JSON.parse(new TextDecoder().decode(reader.schemasById.get(channel.schemaId).data));
+    topics[channel.topic] = {encoding: channel.messageEncoding, messages: 0, last: 0};
+  }
+  for await (const message of reader.readMessages({validateCrcs: true})) {
+    const topic = topics[ids.get(message.channelId)];
+    JSON.parse(new TextDecoder().decode(message.data));
+    if (message.logTime < topic.last) throw new Error("steps back in time");
+    ++topic.messages; topic.last = Number(message.logTime);
+  }
+  const streamed = new McapStreamReader({validateCrcs: true});
+  streamed.append(new Uint8Array(await fs.readFile(process.argv[1])));
+  let count = 0;
+  for (let record; (record = streamed.nextRecord());) count += record.type === "Message";
+  console.log(JSON.stringify({topics, count, stated: Number(reader.statistics.messageCount)}));
+})();
+"""
 
 
 def records(data):
@@ -71,23 +108,15 @@ class Exports(unittest.TestCase):
         synthetic.write_csv(cls.log / "attitude.csv", "t [s],qw [1],qx [1],qy [1],qz [1]",
                             [(float(t), math.cos(t / 2), 0.0, 0.0, math.sin(t / 2)) for t in np.arange(0, end, 0.01)])
 
-    def exported(self, verb, name):
-        outcome = render(verb, self.result, self.root / name, f"--log={self.log}")
-        self.assertEqual(outcome.returncode, 0, outcome.stderr)
-        return self.root / name
-
-    def test_a_path_is_a_tum_trajectory(self):
-        rows = np.loadtxt(self.exported("tum", "path.tum"))
-        self.assertEqual(rows.shape[1], 8)
-        self.assertTrue(np.all(np.diff(rows[:, 0]) > 0))
-        np.testing.assert_allclose(np.linalg.norm(rows[:, 4:], axis=1), 1.0, atol=1e-6)
-        near = [synthetic.position(t) for t in rows[:, 0]]
-        self.assertLess(np.median(np.linalg.norm(rows[:, 1:3] - near, axis=1)), 0.5)
-        turn = 2.0 * np.unwrap(np.arctan2(rows[:, 6], rows[:, 7]), period=np.pi)
-        np.testing.assert_allclose(turn - turn[0], rows[:, 0] - rows[0, 0], atol=0.02)
+    def exported(self, verb):
+        file = self.root / f"result.{verb}"
+        if not file.exists():
+            outcome = render(verb, self.result, file, f"--log={self.log}")
+            self.assertEqual(outcome.returncode, 0, outcome.stderr)
+        return file
 
     def test_a_recording_holds_all_of_a_calibration(self):
-        messages = read_mcap(self.exported("mcap", "result.mcap").read_bytes())
+        messages = read_mcap(self.exported("mcap").read_bytes())
         self.assertEqual(len(messages["/ellipses"]), synthetic.ARCS)
         self.assertEqual(len(messages["/residuals"]), 18 * (synthetic.ARCS + 1))
         self.assertIn("/parameters/vgd/K_x", messages)
@@ -108,7 +137,7 @@ class Exports(unittest.TestCase):
         self.assertTrue(messages["/causes"][0][1]["message"].startswith("verdict: "))
 
     def test_the_own_reader_lists_a_recording(self):
-        listed = subprocess.run([BUILD / "apps/trueline-convert", f"--in={self.exported('mcap', 'own.mcap')}"],
+        listed = subprocess.run([BUILD / "apps/trueline-convert", f"--in={self.exported('mcap')}"],
                                 capture_output=True, text=True)
         self.assertIn("foxglove.PoseInFrame", listed.stdout)
         self.assertIn("trueline.Residual", listed.stdout)
@@ -128,6 +157,32 @@ class Exports(unittest.TestCase):
             outcome = render(verb, self.result, self.root / f"none.{verb}", f"--log={self.root / 'nowhere'}")
             self.assertEqual(outcome.returncode, 2)
             self.assertIn("by --log", outcome.stderr)
+
+    @unittest.skipUnless(shutil.which("node") and (MODULES / "@mcap/core").is_dir(),
+                         "SKIPPED: no @mcap/core for node, no recording was read by it")
+    def test_mcap_core_reads_every_message_of_a_recording(self):
+        file = self.exported("mcap")
+        outcome = subprocess.run(["node", "-e", READ, file], capture_output=True, text=True,
+                                 env={**os.environ, "NODE_PATH": str(MODULES)})
+        self.assertEqual(outcome.stderr, "")
+        read = json.loads(outcome.stdout)
+        own = read_mcap(file.read_bytes())
+        self.assertEqual({name: topic["messages"] for name, topic in read["topics"].items()},
+                         {name: len(messages) for name, messages in own.items()})
+        self.assertEqual({topic["encoding"] for topic in read["topics"].values()}, {"json"})
+        self.assertEqual(read["count"], read["stated"])
+
+    def test_pandas_and_scipy_read_a_path(self):
+        file = self.exported("tum")
+        table = pd.read_csv(file, sep=" ", comment="#", header=None, names="t x y z qx qy qz qw".split())
+        self.assertFalse(table.isna().any().any())
+        self.assertTrue(np.all(np.diff(table.t) > 0))
+        np.testing.assert_allclose(np.linalg.norm(table[["qx", "qy", "qz", "qw"]], axis=1), 1.0, atol=1e-6)
+        turns = Rotation.from_quat(table[["qx", "qy", "qz", "qw"]].to_numpy())  # the last is the real part
+        yaw = np.unwrap(turns.as_euler("ZYX")[:, 0])
+        np.testing.assert_allclose(yaw - yaw[0], table.t - table.t[0], atol=0.02)  # it turns by 1 rad/s
+        near = np.array([synthetic.position(t) for t in table.t])
+        self.assertLess(np.median(np.linalg.norm(table[["x", "y"]].to_numpy() - near, axis=1)), 0.5)
 
 
 if __name__ == "__main__":

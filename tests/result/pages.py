@@ -2,23 +2,30 @@
 
 Set TRUELINE_SCREENSHOT=FILE.png to keep a picture of the last page that was opened whole.
 """
+import contextlib
+import io
 import os
 import shutil
-import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
 
 from browser import Browser
 
 SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
 BUILD = Path(os.environ.get("TRUELINE_TEST_BUILD_DIR", SOURCE / "build"))
-REPORT = SOURCE / "scripts" / "report" / "report.py"
+sys.path.insert(0, str(SOURCE / "scripts/report"))
+
+import report
 
 
 def render(verb, result, out, *more):
-    return subprocess.run(["/usr/bin/python3", REPORT, verb, f"--result={result}", f"--out={out}", *more],
-                          capture_output=True, text=True)
+    """As the program, whose start takes longer than a page: exit code and what it says of errors."""
+    with contextlib.redirect_stderr(io.StringIO()) as said:
+        code = report.main([verb, f"--result={result}", f"--out={out}", *more])
+    return SimpleNamespace(returncode=code, stderr=said.getvalue())
 
 
 class InFolder(unittest.TestCase):

@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """scripts/flights: tables of flights that can and can't be used, and the merge of few results."""
 import os
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -12,6 +11,7 @@ import yaml
 SOURCE = Path(os.environ["TRUELINE_TEST_SOURCE_DIR"])
 sys.path.insert(0, str(SOURCE / "scripts/flights"))
 
+import in_process
 from fleet import earlier_flights, link_sessions, read_flights
 
 ESTIMATE = {"K_x": {"value": -0.5, "sigma": 0.02, "unit": "1/s", "status": "identified"}}
@@ -19,8 +19,7 @@ STATUS = {"code": 0, "message": "", "cpu_seconds": 1.0, "memory_mb": 50}
 
 
 def run(script, *flags):
-    return subprocess.run([sys.executable, "-B", SOURCE / "scripts/flights" / script, *flags],
-                          capture_output=True, text=True, check=False)
+    return in_process.run(SOURCE / "scripts/flights" / script, *flags)
 
 
 class InFolder(unittest.TestCase):

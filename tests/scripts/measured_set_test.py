@@ -47,7 +47,8 @@ class Made(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.work = Path(cls.folder.name)
-        run("simulate", f"--config={SOURCE}/config/simulate/fast.yaml", f"--out={cls.work}/log", "--seed=3")
+        run("simulate", f"--config={SOURCE}/config/simulate/fast.yaml", f"--out={cls.work}/log", "--seed=3",
+            "--overrides=imu.rate: 128")
 
     @classmethod
     def tearDownClass(cls):

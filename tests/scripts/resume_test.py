@@ -1,20 +1,19 @@
 #!/usr/bin/python3
 """Blind tests that were killed go on where they stopped, and never on the results of another draw or
-program. On a made flight of the course `fast`."""
+program. On a made flight of the course `figure_eight`."""
 import os
-import subprocess
-import sys
 import tempfile
 import unittest
 from pathlib import Path
+
+import in_process
 
 SOURCE = Path(os.environ["TRUELINE_TEST_SOURCE_DIR"])
 BUILD = Path(os.environ["TRUELINE_TEST_BUILD_DIR"])
 
 
 def run(script, *flags):
-    return subprocess.run([sys.executable, "-B", SOURCE / "scripts" / script, f"--build={BUILD}", *flags],
-                          capture_output=True, text=True, check=False)
+    return in_process.run(SOURCE / "scripts" / script, f"--build={BUILD}", *flags)
 
 
 class Resume(unittest.TestCase):
@@ -36,16 +35,16 @@ class Resume(unittest.TestCase):
 
 class Faults(Resume):
     def faults(self, *more):
-        return run("blind/faults.py", f"--work={self.work}", "--flights=sim_fast", "--faults=scale,late",
+        return run("blind/faults.py", f"--work={self.work}", "--flights=sim_figure_eight", "--faults=scale,late",
                    *(more or ["--seed=3"]))
 
     def test_goes_on_after_a_kill(self):
-        (self.work / "base/sim_fast").mkdir(parents=True)
-        (self.work / "base/sim_fast/imu.csv").write_text("t [s]\n")  # of a simulation that was killed
+        (self.work / "base/sim_figure_eight").mkdir(parents=True)
+        (self.work / "base/sim_figure_eight/imu.csv").write_text("t [s]\n")  # of a simulation that was killed
         whole = self.faults()
         self.assertEqual(whole.returncode, 0, whole.stderr)
         self.assertIn("| scale | 1 | 1 |", whole.stdout)
-        trial = self.work / "trials/sim_fast"
+        trial = self.work / "trials/sim_figure_eight"
         written = (trial / "late/inspection.yaml").stat().st_mtime_ns
         self.assertFalse((trial / "late/log").exists())
         # Killed between the inspection and the repair of one trial; the other is done.
