@@ -1,5 +1,5 @@
-// Each kind of bad input: an error with file, line and remedy (exit 2), or a warning and a defined
-// treatment. Hovering and single passes get a verdict.
+// Bad input: an error with file, line and remedy (exit 2; all kinds: tests/log/bad_input_test.cc),
+// or a warning and a defined treatment. Hovering and single passes get a verdict.
 #include "tests/apps/calibrate_app.h"
 
 namespace trueline {
@@ -42,41 +42,6 @@ TEST_F(BadFlight, ALogThatDoesNotFitInMemory) {
   ExpectRefused({(root_ / "log").string() + ": memory is used up", "cut the log"});
 }
 
-TEST_F(BadFlight, UnsortedTimeStamps) {
-  auto lines = Lines("imu.csv");
-  std::swap(lines[10], lines[11]);
-  WriteLines("imu.csv", lines);
-  ExpectRefused({"imu.csv:12: column 't'", "sort the rows"});
-}
-
-TEST_F(BadFlight, NotANumber) {
-  auto lines = Lines("fixes.csv");
-  lines[3].replace(lines[3].find(',') + 1, 3, "nan");
-  lines[3].erase(lines[3].find("nan") + 3,
-                 lines[3].find(',', lines[3].find("nan")) - lines[3].find("nan") - 3);
-  WriteLines("fixes.csv", lines);
-  ExpectRefused({"fixes.csv:4: column 'x': found 'nan'", "remove the row or repair it"});
-}
-
-TEST_F(BadFlight, UnknownUnit) {
-  auto lines = Lines("fixes.csv");
-  lines[0].replace(lines[0].find("x [m]"), 5, "x [yd]");
-  WriteLines("fixes.csv", lines);
-  ExpectRefused({"fixes.csv:1: column 'x': unit 'yd' is not known here", "use one of:"});
-}
-
-TEST_F(BadFlight, UnknownKey) {
-  auto lines = Lines("log.yaml");
-  lines.push_back("colour: red");
-  WriteLines("log.yaml", lines);
-  ExpectRefused({fmt::format("log.yaml:{}: 'colour': unknown key", lines.size()), "known here:"});
-}
-
-TEST_F(BadFlight, EmptyStream) {
-  WriteLines("imu.csv", {});
-  ExpectRefused({"imu.csv: the file is empty; write a header line"});
-}
-
 TEST_F(BadFlight, FlagsOfTheOtherDrive) {
   for (const char* flag :
        {"--estimator=nonsense", "--gamma=-5", "--thrust=foo", "--gamma_sweep=a,b"}) {
@@ -85,11 +50,6 @@ TEST_F(BadFlight, FlagsOfTheOtherDrive) {
     EXPECT_EQ(done.exit_code, 2);
     EXPECT_THAT(done.err, HasSubstr(std::string(flag) + ": is for --drive=imu"));
   }
-}
-
-TEST_F(BadFlight, MissingStream) {
-  std::filesystem::remove(root_ / "log/imu.csv");
-  ExpectRefused({"imu.csv: is missing; every log needs"});
 }
 
 TEST_F(BadFlight, NoSuchLog) {

@@ -36,10 +36,27 @@ EstimatorRun FlownRun(int inside = 19) {
   return run;
 }
 
-TEST(Judge, AGoodFlightIsUsable) {
-  const Verdict verdict = Judge(FlownRun());
-  EXPECT_EQ(verdict.word, "usable");
-  EXPECT_THAT(verdict.reasons, IsEmpty());
+TEST(Judge, AGoodFlightIsUsableAndWhatIsWrongIsTheReason) {
+  const Verdict good = Judge(FlownRun()), none = Judge({"vgd", 3, {}, {}});
+  EXPECT_EQ(good.word, "usable");
+  EXPECT_THAT(good.reasons, IsEmpty());
+  EXPECT_EQ(none.word, "unusable");
+  EXPECT_THAT(none.reasons, ElementsAre(HasSubstr("no pass to fit")));
+  const auto reasons_with = [](const std::function<void(EstimatorRun*)>& spoil) {
+    EstimatorRun run = FlownRun();
+    spoil(&run);
+    EXPECT_EQ(Judge(run).word, "poor");
+    return Judge(run).reasons;
+  };
+  EXPECT_THAT(reasons_with([](EstimatorRun* r) { r->windows.back().converged = false; }),
+              ElementsAre(HasSubstr("did not converge")));
+  EXPECT_THAT(
+      reasons_with([](EstimatorRun* r) { r->windows.back().parameters[2].status = "at_bound"; }),
+      ElementsAre(HasSubstr("b_az ended at the bound")));
+  EXPECT_THAT(reasons_with([](EstimatorRun* r) {
+                for (WindowEstimate& window : r->windows) window.arc.reset();
+              }),
+              ElementsAre(HasSubstr("no arc to check the prediction on")));
 }
 
 TEST(Judge, AHoverIsUnusable) {
@@ -202,7 +219,10 @@ TEST(PriorConflict, ASumThatTheFlightShowsContradictsTheModel) {
   EXPECT_FALSE(ContradictTogether({}, {}));
 }
 
-FlightLog FlyHippodrome() { return testing_simulation::LogOf("hippodrome", 30.0, 3); }
+const FlightLog& FlyHippodrome() {
+  static const FlightLog log = testing_simulation::LogOf("hippodrome", 30.0, 3);
+  return log;
+}
 
 // The model's priors of these parameters are what the flight shows.
 void TakeAsModel(const Calibration& shown, const std::vector<int>& parameters, double sigma,
@@ -271,36 +291,6 @@ TEST(ConflictsBetween, AWidenedSigmaDoesNotMoveWhatTheDataShow) {
   wide[0].sigma = 0.29;
   EXPECT_THAT(ConflictsBetween(PriorsWithSigma(0.3), wide, EstimatesThatShow(-0.3, 0.01)),
               IsEmpty());
-}
-
-TEST(Judge, NoPassIsUnusable) {
-  const Verdict verdict = Judge({"vgd", 3, {}, {}});
-  EXPECT_EQ(verdict.word, "unusable");
-  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr("no pass to fit")));
-}
-
-TEST(Judge, NoConvergenceIsPoor) {
-  EstimatorRun run = FlownRun();
-  run.windows.back().converged = false;
-  const Verdict verdict = Judge(run);
-  EXPECT_EQ(verdict.word, "poor");
-  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr("did not converge")));
-}
-
-TEST(Judge, ABoundIsPoorAndNamed) {
-  EstimatorRun run = FlownRun();
-  run.windows.back().parameters[2].status = "at_bound";
-  const Verdict verdict = Judge(run);
-  EXPECT_EQ(verdict.word, "poor");
-  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr("b_az ended at the bound")));
-}
-
-TEST(Judge, NothingToCheckThePredictionOnIsPoor) {
-  EstimatorRun run = FlownRun();
-  for (WindowEstimate& window : run.windows) window.arc.reset();
-  const Verdict verdict = Judge(run);
-  EXPECT_EQ(verdict.word, "poor");
-  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr("no arc to check the prediction on")));
 }
 
 TEST(Judge, TooManyOutsideOfTheirEllipseIsPoor) {

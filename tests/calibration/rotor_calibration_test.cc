@@ -167,9 +167,8 @@ TEST(LearnGyroDelay, FindsAFilter) {
 }
 
 TEST(RotorCalibration, WritesWhatOthersRead) {
-  const std::filesystem::path out =
-      std::filesystem::path(testing::TempDir()) / "trueline_rotor_calibration";
-  std::filesystem::remove_all(out);
+  const TestFolder folder;
+  const std::filesystem::path& out = folder.directory();
   const FlightLog log = FlyFor(6.0);
   const RotorCalibrationOptions options = Nominal();
   const RotorCalibration c = CalibrateRotors(log, options);
@@ -188,13 +187,19 @@ TEST(RotorCalibration, WritesWhatOthersRead) {
   EXPECT_NEAR(next.prior.mean[0], Find(c, "m").value, 1e-6);
   EXPECT_NEAR(next.prior.sigma[0], Find(c, "m").sigma, 1e-5);
   EXPECT_EQ(next.prior.mean[FindRotorConstant("b_a_x")], 0.0);
-  std::filesystem::remove_all(out);
 }
 
 constexpr double kMass = 0.2463;  // kg, of the vehicle that flies
 
-FlightLog FlyAgain() {
-  return SimulateRotorFlight(RotorSimulation(WuestVehicle()), RandomPath(12.0, 5), 7);
+// The flight that a model is brought to, and what it shows by itself.
+const FlightLog& Again() {
+  static const FlightLog log =
+      SimulateRotorFlight(RotorSimulation(WuestVehicle()), RandomPath(12.0, 5), 7);
+  return log;
+}
+const RotorCalibration& Alone() {
+  static const RotorCalibration alone = CalibrateRotors(Again(), Nominal());
+  return alone;
 }
 
 // The model's prior of these constants is what the calibration shows.
@@ -212,33 +217,29 @@ RotorCalibrationOptions WithModel(const RotorCalibration& shown,
 // The model is about as sharp as the flight, so that no sigma is half of the prior's.
 TEST(RotorModel, OneThatAgreesSharpensWhatTheFlightShows) {
   const RotorCalibration first = CalibrateRotors(FlyFor(12.0), Nominal());
-  const FlightLog log = FlyAgain();
-  const RotorCalibration alone = CalibrateRotors(log, Nominal());
   std::vector<std::string> vehicle;
   for (const ParameterEstimate& p : first.parameters) {
     if (!p.name.starts_with("b_")) vehicle.push_back(p.name);
   }
   const RotorCalibrationOptions options = WithModel(first, vehicle);
   RotorCalibrationOptions used = Nominal();
-  const RotorCalibration c = CalibrateRotors(log, options, &used);
+  const RotorCalibration c = CalibrateRotors(Again(), options, &used);
   EXPECT_THAT(c.warnings, testing::IsEmpty());
   EXPECT_EQ(used.prior.mean, options.prior.mean);
-  EXPECT_LT(Find(c, "m").sigma, 0.9 * Find(alone, "m").sigma);
+  EXPECT_LT(Find(c, "m").sigma, 0.9 * Find(Alone(), "m").sigma);
   EXPECT_NEAR(Find(c, "m").value, kMass, 4.0 * Find(c, "m").sigma);
-  for (const ParameterEstimate& p : alone.parameters) {
+  for (const ParameterEstimate& p : Alone().parameters) {
     EXPECT_EQ(Find(c, p.name).status, p.status) << p.name;
   }
 }
 
 // A load of 12 % of the mass, that the model's flight did not have.
 TEST(RotorModel, OneOfAnotherMassIsNotUsed) {
-  const FlightLog log = FlyAgain();
-  const RotorCalibration alone = CalibrateRotors(log, Nominal());
-  RotorCalibrationOptions options = WithModel(alone, {"m"});
+  RotorCalibrationOptions options = WithModel(Alone(), {"m"});
   options.prior.mean[kMassConstant] = 0.88 * kMass;
   options.warnings = {"one of the configuration"};
   RotorCalibrationOptions used = Nominal();
-  const RotorCalibration c = CalibrateRotors(log, options, &used);
+  const RotorCalibration c = CalibrateRotors(Again(), options, &used);
   const auto said =
       testing::ElementsAre("one of the configuration",
                            AllOf(HasSubstr("the model's m of 0.2167 +-"),
@@ -247,7 +248,7 @@ TEST(RotorModel, OneOfAnotherMassIsNotUsed) {
   EXPECT_THAT(c.warnings, said);
   EXPECT_THAT(used.warnings, said);
   EXPECT_EQ(used.prior.mean, Nominal().prior.mean);
-  for (const ParameterEstimate& p : alone.parameters) {
+  for (const ParameterEstimate& p : Alone().parameters) {
     EXPECT_DOUBLE_EQ(Find(c, p.name).value, p.value) << p.name;
     EXPECT_DOUBLE_EQ(Find(c, p.name).sigma, p.sigma) << p.name;
     EXPECT_EQ(Find(c, p.name).status, p.status) << p.name;
@@ -257,28 +258,24 @@ TEST(RotorModel, OneOfAnotherMassIsNotUsed) {
 // A pose sensor that was moved by 60 mm since. The constants beside it are the model's, too, so the
 // fit with the model can hide it in them.
 TEST(RotorModel, OneOfAnotherPlaceOfThePoseSensorIsNotUsed) {
-  const FlightLog log = FlyAgain();
-  const RotorCalibration alone = CalibrateRotors(log, Nominal());
-  RotorCalibrationOptions options = WithModel(alone, {"m", "r_BM_x", "r_BP_x"});
+  RotorCalibrationOptions options = WithModel(Alone(), {"m", "r_BM_x", "r_BP_x"});
   options.prior.mean[FindRotorConstant("r_BP_x")] += 0.06;
-  const RotorCalibration c = CalibrateRotors(log, options);
+  const RotorCalibration c = CalibrateRotors(Again(), options);
   EXPECT_THAT(c.warnings, testing::ElementsAre(HasSubstr("the model's r_BP_x of")));
-  EXPECT_DOUBLE_EQ(Find(c, "r_BP_x").value, Find(alone, "r_BP_x").value);
+  EXPECT_DOUBLE_EQ(Find(c, "r_BP_x").value, Find(Alone(), "r_BP_x").value);
 }
 
 // A weak rotor that this flight does not have makes the vehicle look light.
 TEST(RotorModel, EffectsThatMakeItContradictTheFlightAreLeftOut) {
-  const FlightLog log = FlyAgain();
-  const RotorCalibration alone = CalibrateRotors(log, Nominal());
-  RotorCalibrationOptions options = WithModel(alone, {"m", "r_BM_x", "r_BM_y"});
+  RotorCalibrationOptions options = WithModel(Alone(), {"m", "r_BM_x", "r_BM_y"});
   options.effects = {{"rotor_loss", {{"rotor", 0}, {"factor", 0.9}}}};
   RotorCalibrationOptions used = Nominal();
-  const RotorCalibration c = CalibrateRotors(log, options, &used);
+  const RotorCalibration c = CalibrateRotors(Again(), options, &used);
   EXPECT_THAT(c.effects, testing::IsEmpty());
   EXPECT_THAT(used.effects, testing::IsEmpty());
   EXPECT_EQ(used.prior.mean, options.prior.mean);
   EXPECT_THAT(c.warnings, testing::ElementsAre(HasSubstr("the effects are not used (rotor_loss")));
-  EXPECT_LT(Find(c, "m").sigma, 0.9 * Find(alone, "m").sigma);
+  EXPECT_LT(Find(c, "m").sigma, 0.9 * Find(Alone(), "m").sigma);
 }
 
 // Constants that are estimated state the effects that are parts of them; model.yaml holds the rest.
@@ -351,7 +348,8 @@ TEST(RotorOptions, AnotherVehicleThanTheLogsIsSaid) {
 TEST(RotorOptions, AStepOfAnotherFlightIsLeftOut) {
   FlightLog log = FlyFor(2.0);
   log.sha256["imu.csv"] = "1234";
-  const auto file = std::filesystem::path(testing::TempDir()) / "rotor_step_model.yaml";
+  const TestFolder folder;
+  const std::string file = folder / "rotor_step_model.yaml";
   const auto options = [&](const std::string& digest) {
     std::ofstream(file) << "parameters:\n"
                            "  m: {value: 0.24, sigma: 0.001, unit: kg}\n"
@@ -364,7 +362,6 @@ TEST(RotorOptions, AStepOfAnotherFlightIsLeftOut) {
     return ResolveRotorOptions(Source() / "config/calibrate/rotors.yaml", file, log);
   };
   const RotorCalibrationOptions other = options("5678"), own = options("1234");
-  std::filesystem::remove(file);
   ASSERT_EQ(other.effects.size(), 1u);
   EXPECT_EQ(other.effects[0].id, "rotor_tilt");
   EXPECT_GT(other.prior.sigma[kMassConstant], 0.01);
@@ -379,7 +376,8 @@ TEST(RotorOptions, AStepOfAnotherFlightIsLeftOut) {
 TEST(RotorOptions, ThePriorWithoutTheModelIsKept) {
   FlightLog log = FlyFor(2.0);
   log.sha256["imu.csv"] = "1234";
-  const auto file = std::filesystem::path(testing::TempDir()) / "rotor_prior_model.yaml";
+  const TestFolder folder;
+  const std::string file = folder / "rotor_prior_model.yaml";
   const auto options = [&](const std::string& digest) {
     std::ofstream(file) << "parameters:\n"
                            "  m: {value: 0.24, sigma: 0.001, unit: kg}\n"
@@ -391,7 +389,6 @@ TEST(RotorOptions, ThePriorWithoutTheModelIsKept) {
     return ResolveRotorOptions("", file, log);
   };
   const RotorCalibrationOptions other = options("5678"), own = options("1234");
-  std::filesystem::remove(file);
   EXPECT_FALSE(own.prior_without_model);
   ASSERT_TRUE(other.prior_without_model);
   const RotorPrior& without = *other.prior_without_model;

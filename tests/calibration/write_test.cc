@@ -23,49 +23,45 @@ std::vector<std::string> LinesOf(const std::filesystem::path& path) {
   return lines;
 }
 
+const FlightLog& Lap() {
+  static const FlightLog log = [] {
+    FlightLog lap = testing_simulation::Fly(testing_vgd::ExactHippodrome(15.0), 3).log;
+    lap.name = "lap, \"fast\"";
+    lap.directory = "flights/lap";
+    lap.sha256 = {{"imu.csv", "00ff"}};
+    return lap;
+  }();
+  return log;
+}
+
+CalibrationOptions Options() {
+  CalibrationOptions options;
+  options.gamma_sweep = {1};
+  options.methods.vgd.gamma = 2;
+  return options;
+}
+
+const Calibration& OfLap() {
+  static const Calibration calibration = Calibrate(Lap(), Options());
+  return calibration;
+}
+
 class WrittenFlight : public testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    log_ = new FlightLog(testing_simulation::Fly(testing_vgd::ExactHippodrome(15.0), 3).log);
-    log_->name = "lap, \"fast\"";
-    log_->directory = "flights/lap";
-    log_->sha256 = {{"imu.csv", "00ff"}};
-    options_ = new CalibrationOptions;
-    options_->gamma_sweep = {1};
-    options_->methods.vgd.gamma = 2;
-    calibration_ = new Calibration(Calibrate(*log_, *options_));
-  }
-  static void TearDownTestSuite() {
-    delete calibration_;
-    delete options_;
-    delete log_;
-  }
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    out_ = std::filesystem::path(testing::TempDir()) / (std::string("written_") + test->name());
-    std::filesystem::remove_all(out_);
-  }
-  void TearDown() override { std::filesystem::remove_all(out_); }
   void Write() const {
-    WriteCalibration(*calibration_, *log_, Provenance(*log_, 7, ToYaml(*options_)), out_);
+    WriteCalibration(OfLap(), Lap(), Provenance(Lap(), 7, ToYaml(Options())), out_.directory());
   }
 
-  static FlightLog* log_;
-  static CalibrationOptions* options_;
-  static Calibration* calibration_;
-  std::filesystem::path out_;
+  const TestFolder out_;
 };
-FlightLog* WrittenFlight::log_ = nullptr;
-CalibrationOptions* WrittenFlight::options_ = nullptr;
-Calibration* WrittenFlight::calibration_ = nullptr;
 
 TEST_F(WrittenFlight, CalibrationYamlHasTheAgreedKeys) {
   Write();
   const YAML::Node node = YAML::LoadFile(out_ / "calibration.yaml");
-  EXPECT_EQ(node["verdict"].as<std::string>(), calibration_->verdict.word);
+  EXPECT_EQ(node["verdict"].as<std::string>(), OfLap().verdict.word);
   EXPECT_TRUE(node["reasons"].IsSequence() && node["unobservable"].IsSequence());
   EXPECT_EQ(node["estimator"].as<std::string>(), "vgd");
-  const WindowEstimate& last = calibration_->Reported().windows.back();
+  const WindowEstimate& last = OfLap().Reported().windows.back();
   for (const ParameterEstimate& p : last.parameters) {
     const YAML::Node entry = node["parameters"][p.name];
     EXPECT_NEAR(entry["value"].as<double>(), p.value, 1e-5 * std::abs(p.value));
@@ -74,7 +70,7 @@ TEST_F(WrittenFlight, CalibrationYamlHasTheAgreedKeys) {
     EXPECT_EQ(entry["status"].as<std::string>(), p.status);
   }
   const YAML::Node error = node["arcs"]["final_point_error"];
-  const ArcSummary arcs = SummariseArcs(calibration_->Reported());
+  const ArcSummary arcs = SummariseArcs(OfLap().Reported());
   EXPECT_EQ(node["arcs"]["count"].as<int>(), arcs.error.count);
   EXPECT_NEAR(error["mean"].as<double>(), arcs.error.mean, 1e-3 * arcs.error.mean);
   EXPECT_NEAR(error["median"].as<double>(), arcs.error.median, 1e-3);
@@ -105,7 +101,7 @@ TEST_F(WrittenFlight, TablesHaveTheAgreedColumns) {
               StartsWith("log,estimator,gamma,tau,t_start [s],t_end [s],final_point_error [m],"
                          "predicted_sigma [m],iterations [1],solve_time [s],truth"));
   std::size_t expected = 1;
-  for (const EstimatorRun& run : calibration_->runs) {
+  for (const EstimatorRun& run : OfLap().runs) {
     for (const WindowEstimate& window : run.windows) expected += window.arc.has_value();
   }
   EXPECT_EQ(arcs.size(), expected);
@@ -125,7 +121,7 @@ TEST_F(WrittenFlight, TheModelIsAPriorForTheNextFlight) {
   EXPECT_EQ(node["provenance"]["log"].as<std::string>(), "flights/lap");
   VgdOptions options;
   ApplyModel(out_ / "model.yaml", &options);
-  const WindowEstimate& last = calibration_->Reported().windows.back();
+  const WindowEstimate& last = OfLap().Reported().windows.back();
   for (const int i : {0, 1, 2, 6, 7, 8}) {
     EXPECT_NEAR(options.priors[i].mean, last.parameters[i].value, 1e-5) << i;
     EXPECT_NEAR(options.priors[i].sigma, last.parameters[i].sigma, 1e-2 * options.priors[i].sigma);
@@ -133,10 +129,10 @@ TEST_F(WrittenFlight, TheModelIsAPriorForTheNextFlight) {
 }
 
 TEST_F(WrittenFlight, TheTableShowsEveryRunAndTheVerdict) {
-  const std::string table = CalibrationTable(*calibration_);
+  const std::string table = CalibrationTable(OfLap());
   EXPECT_THAT(table, HasSubstr("estimator      gamma   arcs  mean [m]"));
   EXPECT_THAT(table, HasSubstr("K_x"));
-  EXPECT_THAT(table, HasSubstr("verdict: " + calibration_->verdict.word));
+  EXPECT_THAT(table, HasSubstr("verdict: " + OfLap().verdict.word));
 }
 
 TEST_F(WrittenFlight, AFailureLeavesTheOldFileWholeAndNoRubbish) {
@@ -148,7 +144,7 @@ TEST_F(WrittenFlight, AFailureLeavesTheOldFileWholeAndNoRubbish) {
   EXPECT_THROW(Write(), InputError);
   EXPECT_EQ(ReadText(out_ / "arcs.csv").size(), before.size());
   EXPECT_NO_THROW(YAML::LoadFile(out_ / "calibration.yaml"));
-  for (const auto& entry : std::filesystem::directory_iterator(out_)) {
+  for (const auto& entry : std::filesystem::directory_iterator(out_.directory())) {
     EXPECT_THAT(entry.path().string(), testing::Not(HasSubstr(".tmp.")));
   }
 }
@@ -158,7 +154,7 @@ TEST_F(WrittenFlight, NoWindowsGiveFilesToo) {
   Calibration none;
   none.runs = {{"vgd", 3, {}, {}}};
   none.verdict = Judge(none.runs[0]);
-  WriteCalibration(none, *log_, Provenance(*log_, 0, ToYaml(*options_)), out_);
+  WriteCalibration(none, Lap(), Provenance(Lap(), 0, ToYaml(Options())), out_.directory());
   const YAML::Node node = YAML::LoadFile(out_ / "calibration.yaml");
   EXPECT_EQ(node["verdict"].as<std::string>(), "unusable");
   EXPECT_TRUE(node["parameters"].IsMap());

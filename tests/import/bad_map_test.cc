@@ -33,36 +33,55 @@ std::string CsvError(const std::string& from, const std::string& to) {
 
 TEST(BadMap, AGoodOneHasNoError) { EXPECT_EQ(ImportFiles().Error(kMap, kCsv), "no error"); }
 
-TEST(BadMap, UnknownKeys) {
-  EXPECT_THAT(MapError("streams:", "strems: {}\nstreams:"),
-              AllOf(HasSubstr("map.yaml:3: 'strems': unknown key"), HasSubstr("known here:")));
-  EXPECT_THAT(MapError("unit: rad/s}", "unt: rad/s}"),
-              HasSubstr("map.yaml:6: 'streams.imu.gyro.unt': unknown key"));
-  EXPECT_THAT(MapError("unit: s}", "units: s}"), HasSubstr("map.yaml:2: 'inputs.log.time.units'"));
-}
+// A text of the good map, or of the good table, that is replaced by another.
+struct Replacement {
+  const char *from, *to, *said, *remedy = "";
+};
+const Replacement kInMap[] = {
+    {"streams:", "strems: {}\nstreams:", "map.yaml:3: 'strems': unknown key", "known here:"},
+    {"unit: rad/s}", "unt: rad/s}", "map.yaml:6: 'streams.imu.gyro.unt': unknown key"},
+    {"unit: s}", "units: s}", "map.yaml:2: 'inputs.log.time.units'"},
+    {"unit: m/s^2", "unit: gee", "map.yaml:5: 'streams.imu.accel.unit': 'gee' is not known here",
+     "use one of: m/s^2, g"},
+    {"[a, b, c], unit: rad", "[a, b, w], unit: rad", "map.yaml:6: there is no column 'w' in",
+     "its header has: t, a, b, c"},
+    {"[a, b, c], unit: rad", "[a, b, 9], unit: rad", "map.yaml:6: there is no column 9 in"},
+    // 64 bits of nanoseconds hold 292 years.
+    {"unit: s}", "unit: s, offset: 1e10}",
+     "map.yaml:2: 'inputs.log.time.offset': is beyond the 9e9 s"},
+    {"unit: s}", "unit: s, scale: 1e11}", "log.csv:2: column 't': a time of 1e+11 s is beyond",
+     "correct 'unit', 'scale' or 'offset'"},
+    {"  imu:\n", "  imu:\n    body: {axes: [x, y, -z]}\n", "map.yaml:5", "not right-handed; check"},
+    {"streams:", "earth: NEU\nstreams:",
+     "map.yaml:3: 'earth': 'NEU' is not known; use one of: ENU, NED, NWU"},
+    {"  imu:", "  imu2:", "key 'streams.imu' is missing; add it"},
+    {"streams:", "cut: {from: 50}\nstreams:", "map.yaml: 'cut' leaves nothing", "widen it"},
+    {"streams:", "cut: {airborne: {min_height: 1}}\nstreams:",
+     "'cut.airborne' needs the stream 'mocap'"},
+    {"streams:", "fixes_from_mocap: {}\nstreams:",
+     "map.yaml:3: 'fixes_from_mocap': needs the stream 'mocap'"},
+    {"streams:", "fixes_from_mocap: {outlier_share: 2}\nstreams:", "map.yaml:3",
+     "'outlier_share' must be within 0 and 1"},
+};
+const Replacement kInCsv[] = {
+    {"\n1,0", "\n9100000000,0", "log.csv:2: column 't': a time of"},
+    {"2,0,0,1", "2,0,,1", "log.csv:3: column 'b'", "set 'skip_missing: true'"},
+    {"2,0,0,1", "2,0,nan,1", "log.csv:3: column 'b': found 'nan'", "skip_missing"},
+    {"2,0,0,1", "2,0,fast,1",
+     "log.csv:3: column 'b': 'fast' is no number; repair or remove the line"},
+    {"3,0,0,1", "1.5,0,0,1", "log.csv:4: column 't': 1.500000000 s does not come after",
+     "'unsorted: sort'"},
+    {"2,0,0,1", ",0,0,1", "log.csv:3: column 't': the time stamp is"},
+    {"2,0,0,1", "2,0,0", "log.csv:3: found 3 fields where the first row has 4"},
+};
 
-TEST(BadMap, UnknownUnit) {
-  EXPECT_THAT(MapError("unit: m/s^2", "unit: gee"),
-              AllOf(HasSubstr("map.yaml:5: 'streams.imu.accel.unit': 'gee' is not known here"),
-                    HasSubstr("use one of: m/s^2, g")));
-}
-
-TEST(BadMap, UnknownColumn) {
-  EXPECT_THAT(MapError("[a, b, c], unit: rad", "[a, b, w], unit: rad"),
-              AllOf(HasSubstr("map.yaml:6: there is no column 'w' in"),
-                    HasSubstr("its header has: t, a, b, c")));
-  EXPECT_THAT(MapError("[a, b, c], unit: rad", "[a, b, 9], unit: rad"),
-              HasSubstr("map.yaml:6: there is no column 9 in"));
-}
-
-// 64 bits of nanoseconds hold 292 years.
-TEST(BadMap, TimesThatNoLogHolds) {
-  EXPECT_THAT(MapError("unit: s}", "unit: s, offset: 1e10}"),
-              HasSubstr("map.yaml:2: 'inputs.log.time.offset': is beyond the 9e9 s"));
-  EXPECT_THAT(MapError("unit: s}", "unit: s, scale: 1e11}"),
-              AllOf(HasSubstr("log.csv:2: column 't': a time of 1e+11 s is beyond"),
-                    HasSubstr("correct 'unit', 'scale' or 'offset'")));
-  EXPECT_THAT(CsvError("\n1,0", "\n9100000000,0"), HasSubstr("log.csv:2: column 't': a time of"));
+TEST(BadMap, MistakesAreNamedWithPlaceAndRemedy) {
+  for (const Replacement& r : kInMap) {
+    EXPECT_THAT(MapError(r.from, r.to), AllOf(HasSubstr(r.said), HasSubstr(r.remedy)));
+  }
+  for (const Replacement& r : kInCsv) {
+    EXPECT_THAT(CsvError(r.from, r.to), AllOf(HasSubstr(r.said), HasSubstr(r.remedy)));
+  }
 }
 
 TEST(BadMap, WrongNumberOfColumns) {
@@ -73,40 +92,6 @@ TEST(BadMap, WrongNumberOfColumns) {
     EXPECT_THAT(MapError("[a, b, c], unit: rad", std::string(range) + ", unit: rad"),
                 HasSubstr("map.yaml:6: 'streams.imu.gyro.columns': must be a list of columns"));
   }
-}
-
-TEST(BadMap, LeftHandedAxes) {
-  EXPECT_THAT(MapError("  imu:\n", "  imu:\n    body: {axes: [x, y, -z]}\n"),
-              AllOf(HasSubstr("map.yaml:5"), HasSubstr("not right-handed; check")));
-}
-
-TEST(BadMap, UnknownFrame) {
-  EXPECT_THAT(MapError("streams:", "earth: NEU\nstreams:"),
-              HasSubstr("map.yaml:3: 'earth': 'NEU' is not known; use one of: ENU, NED, NWU"));
-}
-
-TEST(BadMap, NoImu) {
-  EXPECT_THAT(MapError("  imu:", "  imu2:"), HasSubstr("key 'streams.imu' is missing; add it"));
-}
-
-TEST(BadMap, CutThatLeavesNothing) {
-  EXPECT_THAT(MapError("streams:", "cut: {from: 50}\nstreams:"),
-              AllOf(HasSubstr("map.yaml: 'cut' leaves nothing"), HasSubstr("widen it")));
-}
-
-TEST(BadMap, AirborneWithoutMocap) {
-  EXPECT_THAT(MapError("streams:", "cut: {airborne: {min_height: 1}}\nstreams:"),
-              HasSubstr("'cut.airborne' needs the stream 'mocap'"));
-}
-
-TEST(BadMap, FixesFromMocapWithoutMocap) {
-  EXPECT_THAT(MapError("streams:", "fixes_from_mocap: {}\nstreams:"),
-              HasSubstr("map.yaml:3: 'fixes_from_mocap': needs the stream 'mocap'"));
-}
-
-TEST(BadMap, ImpossibleSamplerOptions) {
-  EXPECT_THAT(MapError("streams:", "fixes_from_mocap: {outlier_share: 2}\nstreams:"),
-              AllOf(HasSubstr("map.yaml:3"), HasSubstr("'outlier_share' must be within 0 and 1")));
 }
 
 // Rows of such a sigma would be written and then refused, by the name of a file that is not kept.
@@ -126,36 +111,6 @@ TEST(BadMap, NoSuchFile) {
   const ImportMap map = ReadImportMap(files.Write("map.yaml", kMap));
   EXPECT_THAT(ErrorOf([&] { ConvertLog(map, {"/nowhere.csv"}, {}); }),
               HasSubstr("/nowhere.csv: cannot be opened"));
-}
-
-TEST(BadCsv, MissingValue) {
-  EXPECT_THAT(CsvError("2,0,0,1", "2,0,,1"),
-              AllOf(HasSubstr("log.csv:3: column 'b'"), HasSubstr("set 'skip_missing: true'")));
-}
-
-TEST(BadCsv, NotANumber) {
-  EXPECT_THAT(CsvError("2,0,0,1", "2,0,nan,1"),
-              AllOf(HasSubstr("log.csv:3: column 'b': found 'nan'"), HasSubstr("skip_missing")));
-}
-
-TEST(BadCsv, Text) {
-  EXPECT_THAT(CsvError("2,0,0,1", "2,0,fast,1"),
-              HasSubstr("log.csv:3: column 'b': 'fast' is no number; repair or remove the line"));
-}
-
-TEST(BadCsv, UnsortedStamps) {
-  EXPECT_THAT(CsvError("3,0,0,1", "1.5,0,0,1"),
-              AllOf(HasSubstr("log.csv:4: column 't': 1.500000000 s does not come after"),
-                    HasSubstr("'unsorted: sort'")));
-}
-
-TEST(BadCsv, MissingStamp) {
-  EXPECT_THAT(CsvError("2,0,0,1", ",0,0,1"), HasSubstr("log.csv:3: column 't': the time stamp is"));
-}
-
-TEST(BadCsv, MalformedLine) {
-  EXPECT_THAT(CsvError("2,0,0,1", "2,0,0"),
-              HasSubstr("log.csv:3: found 3 fields where the first row has 4"));
 }
 
 TEST(BadCsv, CutOffLastLineIsDropped) {

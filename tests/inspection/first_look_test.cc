@@ -22,7 +22,10 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-FlightLog Hippodrome() { return testing_simulation::LogOf("hippodrome", 30.0, 5); }
+const FlightLog& Hippodrome() {
+  static const FlightLog log = testing_simulation::LogOf("hippodrome", 30.0, 5);
+  return log;
+}
 
 template <class Samples>
 void Shift(double seconds, Samples* samples) {

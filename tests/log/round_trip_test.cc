@@ -3,11 +3,10 @@
 
 #include "problems/common/random.h"
 #include "problems/log/native_log.h"
+#include "tests/common/test_files.h"
 
 namespace trueline {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr TimeNs kUnixOrigin = 1'772'660'536'302'306'891;  // a host clock, to the nanosecond
 
@@ -47,9 +46,9 @@ void ExpectSame(const std::vector<Sample>& a, const std::vector<Sample>& b, cons
 
 TEST(RoundTrip, KeepsEveryStream) {
   const FlightLog log = RandomLog();
-  const fs::path directory = fs::path(testing::TempDir()) / "round_trip";
-  WriteNativeLog(log, directory);
-  const FlightLog back = ReadNativeLog(directory);
+  const TestFolder folder;
+  WriteNativeLog(log, folder.directory());
+  const FlightLog back = ReadNativeLog(folder.directory());
   const auto same_pose = [](const PoseSample& a, const PoseSample& b) {
     return a.p_E == b.p_E && a.q_E.coeffs() == b.q_E.coeffs();
   };
@@ -72,14 +71,13 @@ TEST(RoundTrip, KeepsEveryStream) {
   ExpectSame(log.range, back.range, same_value);
   EXPECT_TRUE(back.warnings.empty()) << back.warnings.front();
   EXPECT_EQ(back.sha256.size(), 10U);
-  fs::remove_all(directory);
 }
 
 TEST(RoundTrip, KeepsTheDescription) {
   const FlightLog log = RandomLog();
-  const fs::path directory = fs::path(testing::TempDir()) / "round_trip_yaml";
-  WriteNativeLog(log, directory);
-  const FlightLog back = ReadNativeLog(directory);
+  const TestFolder folder;
+  WriteNativeLog(log, folder.directory());
+  const FlightLog back = ReadNativeLog(folder.directory());
   EXPECT_EQ(back.name, log.name);
   EXPECT_EQ(back.gravity, log.gravity);
   EXPECT_EQ(back.environment, "indoors");
@@ -93,22 +91,20 @@ TEST(RoundTrip, KeepsTheDescription) {
   ASSERT_EQ(back.vehicle->rotors.size(), 1U);
   EXPECT_EQ(back.vehicle->rotors[0].k_f, 3.81e-7);
   EXPECT_EQ(back.vehicle->rotors[0].position, log.vehicle->rotors[0].position);
-  fs::remove_all(directory);
 }
 
 // A stream of an older log in the folder must not become part of the new one.
 TEST(RoundTrip, RemovesStreamsThatAreEmptyNow) {
   FlightLog log = RandomLog();
-  const fs::path directory = fs::path(testing::TempDir()) / "round_trip_less";
-  WriteNativeLog(log, directory);
+  const TestFolder folder;
+  WriteNativeLog(log, folder.directory());
   log.fixes.clear();
   log.range.clear();
-  WriteNativeLog(log, directory);
-  const FlightLog back = ReadNativeLog(directory);
+  WriteNativeLog(log, folder.directory());
+  const FlightLog back = ReadNativeLog(folder.directory());
   EXPECT_TRUE(back.fixes.empty());
   EXPECT_TRUE(back.range.empty());
   EXPECT_EQ(back.mocap.size(), log.mocap.size());
-  fs::remove_all(directory);
 }
 
 }  // namespace
