@@ -3,11 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <memory>
 
+#include "problems/common/error.h"
 #include "problems/common/progress.h"
+#include "problems/experiment/rotor_experiment.h"
 #include "problems/log/native_log.h"
+#include "problems/prediction/prediction_experiment.h"
 #include "problems/simulation/simulate.h"
 #include "tests/experiment/short_experiment.h"
 
@@ -36,7 +40,7 @@ std::vector<fs::path> JobFiles(const fs::path& out) {
 }
 
 // One run for all tests, on one thread.
-class Run : public ::testing::Test {
+class SlowRun : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<TemporaryFolder>();
@@ -59,11 +63,11 @@ class Run : public ::testing::Test {
   static fs::path file_;
   static std::map<std::string, std::string> expected_;
 };
-std::unique_ptr<TemporaryFolder> Run::folder_;
-fs::path Run::file_;
-std::map<std::string, std::string> Run::expected_;
+std::unique_ptr<TemporaryFolder> SlowRun::folder_;
+fs::path SlowRun::file_;
+std::map<std::string, std::string> SlowRun::expected_;
 
-TEST_F(Run, SlowGivesTheSameBytesOnTwoThreads) {
+TEST_F(SlowRun, GivesTheSameBytesOnTwoThreads) {
   const fs::path out = folder_->path() / "two";
   const ExperimentRun run = RunFile(file_, out, 2);
   EXPECT_EQ(run.reused, 0);
@@ -73,7 +77,7 @@ TEST_F(Run, SlowGivesTheSameBytesOnTwoThreads) {
   EXPECT_THAT(brief, HasSubstr("b_az < 0.5"));
 }
 
-TEST_F(Run, SlowGoesOnWhereItWasKilled) {
+TEST_F(SlowRun, GoesOnWhereItWasKilled) {
   const fs::path out = folder_->path() / "killed";
   fs::create_directories(out);
   fs::copy(folder_->path() / "one" / "jobs", out / "jobs");
@@ -87,7 +91,7 @@ TEST_F(Run, SlowGoesOnWhereItWasKilled) {
   ExpectSame(out);
 }
 
-TEST_F(Run, SlowReusesNothingOfAnotherExperiment) {
+TEST_F(SlowRun, ReusesNothingOfAnotherExperiment) {
   const TemporaryFolder other;
   fs::copy(folder_->path() / "one" / "jobs", other.path() / "jobs");
   std::string text = ThreeFlights();
@@ -96,7 +100,7 @@ TEST_F(Run, SlowReusesNothingOfAnotherExperiment) {
   EXPECT_EQ(RunFile(file, other.path(), 1).reused, 0);
 }
 
-TEST_F(Run, SlowTablesHoldEveryArcOfEveryFlight) {
+TEST_F(SlowRun, TablesHoldEveryArcOfEveryFlight) {
   std::map<std::string, int> count;
   std::istringstream lines(expected_["arcs.csv"]);
   std::string line;
@@ -169,6 +173,52 @@ TEST(ProgressText, StatesTheTimeLeft) {
   EXPECT_EQ(Progress::Text(25, 100, "flights", 10.0), "25 of 100 flights, 30 s left");
   EXPECT_EQ(Progress::Text(1, 100, "flights", 10.0), "1 of 100 flights, 17 min left");
 }
+
+// --- Every experiment that ships runs, in its short form.
+
+class ShippedSlow : public ::testing::TestWithParam<std::string> {};
+
+bool UseMeasuredFlights() {
+  const fs::path fallback = SourceFolder() / "../shared/data";
+  if (std::getenv("TRUELINE_DATA") == nullptr) setenv("TRUELINE_DATA", fallback.c_str(), 1);
+  return fs::is_directory(fs::path(std::getenv("TRUELINE_DATA")) / "nanobench");
+}
+
+TEST_P(ShippedSlow, GivesArcsOfEveryEstimatorOnEveryFlight) {
+  const fs::path file = SourceFolder() / "config/experiments" / (GetParam() + ".yaml");
+  const bool needs_data = ReadText(file).find("TRUELINE_DATA}") != std::string::npos;
+  if (needs_data && !UseMeasuredFlights()) GTEST_SKIP() << "no measured flights: set TRUELINE_DATA";
+  Experiment experiment = ReadExperiment(file);
+  ShortenExperiment(&experiment);
+  const TemporaryFolder out;
+  const ExperimentRun run = RunJobs(MakeJobs(experiment), out.path() / "jobs", 0, true);
+  for (const JobOutcome& outcome : run.outcomes) {
+    SCOPED_TRACE(outcome.job.log);
+    EXPECT_EQ(outcome.failure, "");
+    std::map<std::string, int> arcs;
+    for (const ArcRow& row : outcome.result.arcs) ++arcs[row.label];
+    for (const EstimatorSource& estimator : experiment.estimators) {
+      EXPECT_GE(arcs[estimator.label], 1) << estimator.label;
+    }
+  }
+  WriteBenchmark(experiment, run, 1, true, out.path());
+  EXPECT_TRUE(fs::exists(out.path() / "summary.yaml"));
+}
+
+std::vector<std::string> ExperimentNames() {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(SourceFolder() / "config/experiments")) {
+    if (entry.path().extension() != ".yaml") continue;
+    if (IsRotorExperiment(entry.path())) continue;        // rotor_experiment_test.cc runs those
+    if (!ExperimentKind(entry.path()).empty()) continue;  // tests/prediction runs those
+    names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Experiments, ShippedSlow, ::testing::ValuesIn(ExperimentNames()),
+                         [](const auto& shipped) { return shipped.param; });
 
 }  // namespace
 }  // namespace trueline::testing_benchmark

@@ -31,11 +31,11 @@ class TemporaryFolder {
 
 inline fs::path SourceFolder() { return TRUELINE_TEST_SOURCE_DIR; }
 
-// The simulation line of an experiment: 25 s of the hippodrome.
+// The simulation line of an experiment: 25 s of the hippodrome, with an IMU at 128 Hz.
 inline std::string Hippodrome(const std::string& more = "") {
   return "simulations:\n  - config: " +
          (SourceFolder() / "config/simulate/hippodrome.yaml").string() +
-         "\n    overrides: {duration: 25, warm_up: 3" + more + "}\n";
+         "\n    overrides: {duration: 25, warm_up: 3, imu.rate: 128" + more + "}\n";
 }
 
 inline fs::path WriteExperiment(const fs::path& folder, const std::string& text) {

@@ -28,6 +28,7 @@ TEST(DesignConfig, SlowEveryFileThatShipsIsReadAndCanBegin) {
     if (auto* gramian = std::get_if<GramianCriterion>(&task.criterion)) gramian->scale.flights = 1;
     if (auto* bound = std::get_if<BoundDesign>(&task.criterion)) {
       bound->duration = 4.0;
+      bound->simulation.imu_rate = 100.0;
       bound->evaluations = 12;
       bound->candidates = 3;
     }
@@ -47,56 +48,50 @@ TEST(DesignConfig, AParameterNamedTwiceIsAskedForOnce) {
   EXPECT_TRUE(std::adjacent_find(asked.begin(), asked.end()) == asked.end());
 }
 
-class QuickDesign : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    task_ = new DesignTask(ReadDesignTask(YamlMap::FromFile(kDesignConfigs / "quick.yaml"), 3, 2));
-    outcome_ = new DesignOutcome(RunDesignTask(*task_, kSilent));
-  }
-  static void TearDownTestSuite() {
-    delete outcome_;
-    delete task_;
-  }
-  static DesignTask* task_;
-  static DesignOutcome* outcome_;
-};
-DesignTask* QuickDesign::task_ = nullptr;
-DesignOutcome* QuickDesign::outcome_ = nullptr;
-
-TEST_F(QuickDesign, BeatsItsStartAndTheRandomFlights) {
-  EXPECT_GT(outcome_->result.score, 1.3 * outcome_->result.start_score);
-  EXPECT_GT(outcome_->result.score, outcome_->random_scores.back());
-  EXPECT_GT(outcome_->result.score, outcome_->lissajous_scores.back());
+const DesignTask& Quick() {
+  static const DesignTask task =
+      ReadDesignTask(YamlMap::FromFile(kDesignConfigs / "quick.yaml"), 3, 2);
+  return task;
+}
+const DesignOutcome& Designed() {
+  static const DesignOutcome outcome = RunDesignTask(Quick(), kSilent);
+  return outcome;
 }
 
-TEST_F(QuickDesign, KeepsAllLimitsBetweenTheGridPointsToo) {
-  const RotorFlight flight(task_->vehicle, outcome_->result.path);
-  EXPECT_LE(CheckLimits(flight, task_->options.limits, 0.000713).worst, 1.0 + 1e-6);
+TEST(QuickDesign, BeatsItsStartAndTheRandomFlights) {
+  EXPECT_GT(Designed().result.score, 1.3 * Designed().result.start_score);
+  EXPECT_GT(Designed().result.score, Designed().random_scores.back());
+  EXPECT_GT(Designed().result.score, Designed().lissajous_scores.back());
 }
 
-TEST_F(QuickDesign, StartsAndEndsAtRestInTheSamePlace) {
-  const PiecewisePolynomial& path = outcome_->result.path;
+TEST(QuickDesign, KeepsAllLimitsBetweenTheGridPointsToo) {
+  const RotorFlight flight(Quick().vehicle, Designed().result.path);
+  EXPECT_LE(CheckLimits(flight, Quick().options.limits, 0.000713).worst, 1.0 + 1e-6);
+}
+
+TEST(QuickDesign, StartsAndEndsAtRestInTheSamePlace) {
+  const PiecewisePolynomial& path = Designed().result.path;
   const FlatMatrix start = path.Expand(path.start(), 3);
   const FlatMatrix end = path.ExpandPiece(path.num_pieces() - 1, path.end(), 3);
   EXPECT_LT((start.col(0) - end.col(0)).norm(), 1e-9);
   EXPECT_LT(start.rightCols(3).norm() + end.rightCols(3).norm(), 1e-6);
 }
 
-TEST_F(QuickDesign, SlowSameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
-  DesignTask again = *task_;
+TEST(QuickDesign, SameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
+  DesignTask again = Quick();
   again.options.threads = 1;
   again.compare = 0;
-  EXPECT_EQ(RunDesignTask(again, kSilent).result.score, outcome_->result.score);
+  EXPECT_EQ(RunDesignTask(again, kSilent).result.score, Designed().result.score);
 }
 
-TEST_F(QuickDesign, TrajectoryFileComesBackExactly) {
+TEST(QuickDesign, TrajectoryFileComesBackExactly) {
   const fs::path folder = fs::temp_directory_path() / "trueline_design_test";
-  DesignTask task = *task_;
+  DesignTask task = Quick();
   task.source = "designs/\"quick\": 3 # \\.yaml";
-  WriteDesign(task, *outcome_, folder);
+  WriteDesign(task, Designed(), folder);
   const PiecewisePolynomial back = ReadTrajectoryFile(folder / "trajectory.yaml");
-  ASSERT_EQ(back.num_pieces(), outcome_->result.path.num_pieces());
-  EXPECT_EQ(back.Expand(2.345, 3), outcome_->result.path.Expand(2.345, 3));
+  ASSERT_EQ(back.num_pieces(), Designed().result.path.num_pieces());
+  EXPECT_EQ(back.Expand(2.345, 3), Designed().result.path.Expand(2.345, 3));
   std::ifstream csv(folder / "trajectory.csv");
   std::string header, line;
   std::getline(csv, header);

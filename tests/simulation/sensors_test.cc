@@ -155,6 +155,7 @@ TEST(Noise, OrnsteinUhlenbeckHasItsSizeAndMemory) {
 // Over a long hover: scatter, correlation over ten seconds, and the delay on the move.
 TEST(Sensors, GnssFixesHaveTheNoiseStated) {
   SimulationConfig config = Hover(600.0);
+  config.imu.rate = 64.0;
   config.gnss = {.rate = 2.0, .sigma = 0.5, .correlation_time = 20.0, .white_sigma = 0.1};
   const Flown flown = Fly(config, 8);
   EXPECT_TRUE(flown.log.gates.empty());
@@ -177,6 +178,7 @@ TEST(Sensors, GnssFixesHaveTheNoiseStated) {
 TEST(Sensors, GnssFixesStray) {
   const auto scatter = [](const simulation::GnssConfig& gnss) {
     SimulationConfig config = Hover(300.0);
+    config.imu.rate = 64.0;
     config.gnss = gnss;
     const Flown flown = Fly(config, 8);
     double change = 0.0, squares = 0.0;

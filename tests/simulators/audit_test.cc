@@ -34,10 +34,10 @@ NeutralVehicle Truth() {
 
 FlightLog Fly(std::uint64_t seed, double lag = kLag, const NeutralVehicle& vehicle = Truth()) {
   RotorSimulation simulation(RotorVehicleOf(vehicle));
-  simulation.noise.accel = 0.4, simulation.noise.gyro = 0.02;
+  simulation.noise.accel = 0.25, simulation.noise.gyro = 0.0125;
   simulation.noise.position = 0.003, simulation.noise.attitude = 0.005;
   simulation.noise.force_density = 0.05, simulation.noise.angular_density = 0.2;
-  simulation.pose_rate = 50.0;
+  simulation.imu_rate = 100.0, simulation.pose_rate = 50.0;
   for (int i = 0; i < 3; ++i) simulation.drag[i] = vehicle.Get(kDrags[i]);
   simulation.motor_lag = lag;
   simulation::MotorDriveConfig& motors = simulation.motors.emplace();

@@ -73,10 +73,10 @@ class ShakyPilot {
   Eigen::MatrixXd unmix_;
 };
 
-// What sensors see of a flight whose actuators are rotor speeds.
+// What sensors see, at 100 Hz, of a flight whose actuators are rotor speeds.
 inline FlightLog LogOf(const replay::Flight& flight, const NeutralVehicle& vehicle,
                        std::uint64_t seed) {
-  constexpr double kAccel = 0.4, kGyro = 0.02, kPosition = 0.003, kAttitude = 0.005;
+  constexpr double kAccel = 0.25, kGyro = 0.0125, kPosition = 0.003, kAttitude = 0.005;
   Random random(seed, "sensors");
   const auto noise = [&](double sigma) -> Eigen::Vector3d {
     return sigma * Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
@@ -87,7 +87,7 @@ inline FlightLog LogOf(const replay::Flight& flight, const NeutralVehicle& vehic
   const Eigen::Vector3d bias_a = noise(0.2), bias_w = noise(0.02);
   FlightLog log;
   log.directory = "flight", log.gravity = vehicle.gravity;
-  for (std::size_t i = 0; i < flight.states.size(); i += 4) {
+  for (std::size_t i = 0; i < flight.states.size(); i += 10) {
     const replay::State& s = flight.states[i];
     const TimeNs t = static_cast<TimeNs>(i) * 1'000'000;
     log.imu.push_back(

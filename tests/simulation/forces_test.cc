@@ -1,12 +1,18 @@
 // Blade elements against what momentum theory and symmetry say in closed form.
-#include "problems/simulation/blade_elements.h"
+#include "problems/simulation/forces.h"
 
 #include <gmock/gmock.h>
 
+#include <fstream>
+
 #include "problems/common/error.h"
+#include "problems/simulation/blade_elements.h"
+#include "tests/common/test_files.h"
 
 namespace trueline::simulation {
 namespace {
+
+using testing::HasSubstr;
 
 constexpr double kSpeed = 1260.0;  // rad/s
 constexpr double kF = 3.811e-7, kM = 3.62e-9;
@@ -82,6 +88,69 @@ TEST(BladeRotor, RefusesABladeThatCannotLiftSoMuch) {
   BladeConfig tiny;
   tiny.chord = 1e-4;
   EXPECT_THROW(BladeRotor(tiny, SmallRotor(1)), InputError);
+}
+
+// --- Forces of the simulator that no effect states.
+
+std::vector<UnnamedForce> Read(const std::string& text) {
+  const TestFolder folder;
+  std::ofstream(folder / "forces.yaml") << text;
+  std::vector<Effect> terms;
+  return ReadUnnamedForces(YamlMap::FromFile(folder / "forces.yaml"), &terms);
+}
+
+TEST(UnnamedForces, GoWithAProductInTheVehiclesAxes) {
+  const auto forces =
+      Read("forces: [{along: y_B, goes_with: yaw rate * forward speed, size: 0.1}]\n");
+  BodyState state;
+  state.q_E_B =
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * M_PI, Eigen::Vector3d::UnitZ())).coeffs();
+  state.v_E = {0.0, 4.0, 0.0};  // forward
+  state.w_B = {0.0, 0.0, 2.0};
+  EXPECT_LT((ForceOf(forces, state) - Vector3d(-0.8, 0.0, 0.0)).norm(), 1e-12);
+}
+
+TEST(UnnamedForces, FallOffAroundTheirPlace) {
+  const auto forces = Read("forces: [{along: east, place: [8, 2], radius: 2, size: 1.5}]\n");
+  BodyState state;
+  state.p_E = {8.0, 2.0, -5.0};
+  EXPECT_NEAR(ForceOf(forces, state).y(), 1.5, 1e-12);
+  state.p_E.x() = 10.0;
+  EXPECT_NEAR(ForceOf(forces, state).y(), 0.75, 1e-12);
+  state.p_E.x() = 18.0;
+  EXPECT_LT(ForceOf(forces, state).y(), 0.01);
+}
+
+TEST(UnnamedForces, RefuseWhatTheyDoNotKnow) {
+  const auto error = [](const std::string& text) { return ErrorOf([&] { Read(text); }); };
+  EXPECT_THAT(error("forces: [{along: x_B, goes_with: pitch, size: 1}]\n"),
+              HasSubstr("must be one of forward speed"));
+  EXPECT_THAT(error("forces: [{along: x, goes_with: pitch rate, size: 1}]\n"), HasSubstr("x_B"));
+  EXPECT_THAT(error("forces: [{along: x_B, size: 1}]\n"), HasSubstr("or a place"));
+}
+
+// --- Eddies have the size asked for, and change slowly.
+
+TEST(SlowMoments, HaveTheirSizeAndChangeSlowly) {
+  constexpr double kStep = 0.01;  // s
+  constexpr int kSamples = 400000;
+  SlowMoments moments(6.0, 3);
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero(), changes = squares, before = moments.At(0.0);
+  for (int k = 1; k <= kSamples; ++k) {
+    const Eigen::Vector3d now = moments.At(k * kStep);
+    squares += now.cwiseAbs2();
+    changes += (now - before).cwiseAbs2();
+    before = now;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(std::sqrt(squares[axis] / kSamples), 6.0, 0.3);
+    EXPECT_LT(std::sqrt(changes[axis] / kSamples), 0.6);
+  }
+}
+
+TEST(SlowMoments, AreAbsentUnlessAskedFor) {
+  SlowMoments none(0.0, 3);
+  for (double t = 0.0; t < 10.0; t += 0.1) EXPECT_EQ(none.At(t), Eigen::Vector3d::Zero());
 }
 
 }  // namespace
