@@ -1,4 +1,11 @@
 // Every effect that is declared for the IMU-driven model, through `--model` of the executables.
+#include <gmock/gmock.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
 #include "cost_functions/models/imu_driven_model.h"
 #include "problems/effects/declaration.h"
 #include "tests/apps/calibrate_app.h"
@@ -115,6 +122,20 @@ TEST_F(ModelEffects, SimulateRefusesAModelThatItWouldNotFly) {
                                                           "/config/rotors/random.yaml"));
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("--model"));
+}
+
+// --- trueline-effects: what it lists.
+
+TEST(EffectsApp, DescribesTheTermsOfTheOpenCatalogue) {
+  const auto program = std::filesystem::path(TRUELINE_TEST_APPS_DIR) / "trueline-effects";
+  if (!std::filesystem::exists(program)) GTEST_SKIP() << program << " is not built";
+  std::FILE* pipe = popen((program.string() + " --id=term").c_str(), "r");
+  ASSERT_NE(pipe, nullptr);
+  std::string text;
+  std::array<char, 256> line;
+  while (std::fgets(line.data(), line.size(), pipe) != nullptr) text += line.data();
+  EXPECT_EQ(pclose(pipe), 0);
+  EXPECT_THAT(text, testing::StartsWith("term: where, with, size"));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "problems/calibration/calibration.h"
 #include "problems/vgd/drag_errors.h"
 #include "problems/vgd/flight_data.h"
+#include "problems/vgd/window_problem.h"
 #include "tests/common/bands.h"
 #include "tests/vgd/flights.h"
 

@@ -1,10 +1,16 @@
 // Uncertainty of the fit: covariance, statuses, combinations, learned drift, ellipses.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
+#include "cost_functions/models/imu_driven_model.h"
 #include "problems/calibration/calibration.h"
 #include "problems/result/identifiability.h"
 #include "problems/vgd/learn_process.h"
+#include "problems/vgd/vgd.h"
+#include "problems/vgd/window_estimate.h"
 #include "tests/common/bands.h"
+#include "tests/simulation/short_flight.h"
 #include "tests/vgd/flights.h"
 
 namespace trueline {
@@ -157,6 +163,150 @@ TEST(Uncertainty, SlowEllipsesHoldTheTruth) {
   ExpectCoverage(inside, arcs, 0.95, "95 % ellipses");
   ExpectChiSquare(squares, 2.0 * arcs, "ends of arcs");
   EXPECT_LT(error, 0.35);  // m; the paper's arcs end within 0.2 to 0.3 m
+}
+
+// --- Windows of a flight without gates that disagree by more than their sigmas widen them.
+
+constexpr double kSigma = 0.02;
+
+// A run whose windows err in turn by `errors` sigmas in every parameter, and hold `passes` passes;
+// fewer at the flight's start.
+EstimatorRun RunWith(const std::vector<double>& errors, int passes) {
+  EstimatorRun run{"vgd", passes, {}, {}};
+  for (const double error : errors) {
+    WindowEstimate window;
+    window.tau = static_cast<int>(run.windows.size()) + 1;
+    window.gamma = std::min(window.tau, passes);
+    for (int p = 0; p < kStatedSize; ++p) {
+      window.parameters.push_back({kTheta[p].name, error * kSigma, kSigma, "", "identified"});
+    }
+    run.windows.push_back(window);
+  }
+  return run;
+}
+
+double SigmaOfDrag(const EstimatorRun& run) {
+  return run.windows.back().parameters[InTheta("K_x")].sigma;
+}
+
+class WindowScatter : public testing::Test {
+ protected:
+  WindowScatter() { options_.gamma = 1; }
+  EstimatorRun Widened(const std::vector<double>& errors, int passes = 1) {
+    EstimatorRun run = RunWith(errors, passes);
+    WidenByScatter(options_, &run);
+    return run;
+  }
+  VgdOptions options_;
+};
+
+TEST_F(WindowScatter, LeavesWindowsThatAgree) {
+  EXPECT_DOUBLE_EQ(SigmaOfDrag(Widened({0.5, -0.7, 0.2, -0.4, 0.6})), kSigma);
+}
+
+TEST_F(WindowScatter, WidensWindowsThatDisagree) {
+  // Eight windows, 3 sigmas to both sides: (2 + 8 * 9) / (2 + 7) = 8.2 times the variance.
+  const double sigma = SigmaOfDrag(Widened({3, -3, 3, -3, 3, -3, 3, -3}));
+  EXPECT_NEAR(sigma / kSigma, 2.87, 0.05);
+}
+
+TEST_F(WindowScatter, UsesWindowsBeforeAlone) {
+  const EstimatorRun run = Widened({0, 0, 0, 9, -9});
+  EXPECT_DOUBLE_EQ(run.windows[2].parameters[InTheta("K_x")].sigma, kSigma);
+  EXPECT_GT(run.windows[4].parameters[InTheta("K_x")].sigma, 2.0 * kSigma);
+}
+
+TEST_F(WindowScatter, LeavesTheAttitudesErrorThatChanges) {
+  const EstimatorRun run = Widened({9, -9, 9, -9});
+  EXPECT_DOUBLE_EQ(run.windows.back().parameters[InTheta("phi_E_Ep")].sigma, kSigma);
+}
+
+TEST_F(WindowScatter, NeverStatesMoreThanThePrior) {
+  const EstimatorRun run = Widened({99, -99, 99, -99});
+  const ParameterEstimate& drag = run.windows.back().parameters[InTheta("K_x")];
+  EXPECT_DOUBLE_EQ(drag.sigma, options_.priors[InTheta("K_x")].sigma);
+  EXPECT_EQ(drag.status, "weak");
+}
+
+TEST_F(WindowScatter, CountsWindowsThatShareNoPass) {
+  options_.gamma = 2;  // of four windows the last and the second, which agree
+  EXPECT_DOUBLE_EQ(SigmaOfDrag(Widened({50, 0, -50, 0}, 2)), kSigma);
+}
+
+// Where passes hold too few fixes, windows reach further back than gamma passes. Neighbours then
+// agree because they share a pass.
+TEST_F(WindowScatter, CountsLongWindowsBySharedPasses) {
+  const double sigma = SigmaOfDrag(Widened({0, 3, 0, -3, 0, 3, 0, -3}, 2));
+  // Four windows, 3 sigmas to both sides: (2 + 4 * 9) / (2 + 3) = 7.6 times the variance.
+  EXPECT_NEAR(sigma / kSigma, 2.76, 0.05);
+}
+
+// --- Forecasts at fixed horizons: where they exist, and that their regions hold the truth as often
+// as they say.
+
+FlightLog Fly(std::uint64_t seed) {
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+  config.duration = 40.0;
+  return testing_simulation::Fly(config, seed).log;
+}
+
+std::vector<Forecast> ForecastsOf(const FlightLog& log, const std::vector<double>& horizons) {
+  const VgdOptions options;
+  const FlightData flight(log, options.drive, options.passes, options.drag_measurement);
+  std::vector<Forecast> forecasts;
+  for (const WindowEstimate& window : RunVgd(flight, options).windows) {
+    const auto more = ForecastAfter(flight, options, window.tau, ThetaOf(window), horizons);
+    forecasts.insert(forecasts.end(), more.begin(), more.end());
+  }
+  return forecasts;
+}
+
+TEST(Forecast, ErrorsGrowWithTheHorizonAndLieInsideTheirRegions) {
+  int near = 0, far = 0, inside = 0;
+  double near_error = 0.0, far_error = 0.0;
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    for (const Forecast& f : ForecastsOf(Fly(seed), {0.1, 1.0})) {
+      (f.horizon < 0.5 ? near : far) += 1;
+      (f.horizon < 0.5 ? near_error : far_error) += f.error;
+      inside += f.rank <= 0.95;
+      EXPECT_GT(f.sigma, 0.0);
+    }
+  }
+  ASSERT_GT(far, 15);
+  EXPECT_EQ(near, far);
+  EXPECT_GT(far_error, 1.5 * near_error);
+  EXPECT_GE(inside, 0.85 * (near + far));
+}
+
+TEST(Forecast, ThereIsNoneBeyondTheArcOrWithoutMocap) {
+  FlightLog log = Fly(1);
+  EXPECT_TRUE(ForecastsOf(log, {60.0}).empty());
+  log.mocap.clear();
+  EXPECT_TRUE(ForecastsOf(log, {0.1}).empty());
+}
+
+// Without mocap the truth of an arc's end comes from the next pass's fixes, which err themselves.
+TEST(ArcAfter, TruthByFixesHasTheirSigma) {
+  FlightLog log = Fly(1);
+  const VgdOptions options;
+  const auto inside_of = [&](double* sigma) {
+    const FlightData flight(log, options.drive, options.passes, options.drag_measurement);
+    int inside = 0, count = 0;
+    for (const WindowEstimate& window : RunVgd(flight, options).windows) {
+      if (!window.arc || !window.arc->truth) continue;
+      *sigma = window.arc->truth_sigma;
+      inside += window.arc->Inside95();
+      ++count;
+    }
+    EXPECT_GT(count, 8);
+    return static_cast<double>(inside) / count;
+  };
+  double sigma = 0.0;
+  EXPECT_GE(inside_of(&sigma), 0.8);
+  EXPECT_EQ(sigma, 0.0);
+  log.mocap.clear();
+  EXPECT_GE(inside_of(&sigma), 0.8);
+  EXPECT_GT(sigma, 0.05);
 }
 
 }  // namespace
