@@ -49,8 +49,7 @@ class WholeLogs(unittest.TestCase):
         cls.addClassCleanup(cls.made.cleanup)
         for seed in (1, 2, 3):
             subprocess.run([BUILD / "apps/trueline-simulate", f"--config={SOURCE / 'config/simulate/fast.yaml'}",
-                            f"--out={Path(cls.made.name) / f'flight{seed}'}", f"--seed={seed}", "--quiet",
-                            "--overrides=imu.rate: 128"], check=True)
+                            f"--out={Path(cls.made.name) / f'flight{seed}'}", f"--seed={seed}", "--quiet"], check=True)
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="trueline against ")

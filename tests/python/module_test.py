@@ -25,7 +25,6 @@ except ModuleNotFoundError as error:
 
 warnings.simplefilter("ignore", trueline.TruelineWarning)
 CONFIG = SOURCE / "config"
-FLIGHT = dict(seed=5, duration=30.0, overrides="imu.rate: 128")
 
 
 def command(verb, **flags):
@@ -46,7 +45,8 @@ class Module(unittest.TestCase):
     def setUpClass(cls):
         cls.scratch = tempfile.TemporaryDirectory()
         cls.work = Path(cls.scratch.name)
-        cls.log = trueline.simulate(CONFIG / "simulate/hippodrome.yaml", **FLIGHT, out=cls.work / "log")
+        cls.log = trueline.simulate(CONFIG / "simulate/hippodrome.yaml", seed=5, duration=30.0,
+                                    out=cls.work / "log")
         cls.result = trueline.calibrate(cls.log, out=cls.work / "python", gamma_sweep="2,3")
         command("calibrate", log=cls.log.folder, out=cls.work / "programs", gamma_sweep="2,3")
         cls.rotor_log = trueline.simulate(CONFIG / "rotors/random.yaml", seed=3, out=cls.work / "rotors")
@@ -85,7 +85,8 @@ class Module(unittest.TestCase):
             self.rotors.plot()
 
     def test_a_seed_flies_the_same_flight(self):
-        command("simulate", config=CONFIG / "simulate/hippodrome.yaml", **FLIGHT, out=self.work / "again")
+        command("simulate", config=CONFIG / "simulate/hippodrome.yaml", seed=5, duration=30,
+                out=self.work / "again")
         for name in ("imu.csv", "fixes.csv"):
             self.assertEqual((self.work / "log" / name).read_bytes(), (self.work / "again" / name).read_bytes())
         self.assertEqual(self.log.truth.seed, 5)
@@ -134,7 +135,7 @@ class Module(unittest.TestCase):
 
     def test_a_mapping_is_a_configuration(self):
         config = yaml.safe_load((CONFIG / "simulate/hippodrome.yaml").read_text())
-        log = trueline.simulate(config, **FLIGHT)
+        log = trueline.simulate(config, seed=5, duration=30.0)
         self.assertEqual((log.folder / "imu.csv").read_bytes(), (self.work / "log/imu.csv").read_bytes())
 
     def test_logs_come_from_arrays(self):

@@ -21,7 +21,7 @@ import reference
 BUILD = Path(os.environ.get("TRUELINE_TEST_BUILD_DIR", SOURCE / "build"))
 ROTORS = f"--config={SOURCE}/config/calibrate/rotors.yaml"
 EXPERIMENT = {"name": "short", "simulations": [{"config": str(SOURCE / "config/simulate/hippodrome.yaml"),
-                                                "overrides": {"duration": 30, "imu.rate": 128}}],
+                                                "overrides": {"duration": 30}}],
               "seeds": {"first": 1, "count": 2}, "estimators": [{"name": "vgd", "label": "VGD"}], "gammas": [3]}
 
 
@@ -33,8 +33,7 @@ class Schemas(unittest.TestCase):
         (cls.root / "experiment.yaml").write_text(yaml.safe_dump(EXPERIMENT))
         shown = SOURCE / "config"
         for command in (
-                ["simulate", f"--config={shown}/simulate/iros2016.yaml", "--duration=40",
-                 "--overrides=imu.rate: 128", "--out=flight"],
+                ["simulate", f"--config={shown}/simulate/iros2016.yaml", "--duration=40", "--out=flight"],
                 ["inspect", "--log=flight", "--out=inspected"],
                 ["calibrate", "--log=flight", "--out=calibrated"],
                 ["diagnose", "--log=flight", "--out=diagnosed"],

@@ -22,7 +22,7 @@ class Table(unittest.TestCase):
             root = Path(folder)
             log, table, out = root / "log", root / "flight.csv", root / "out"
             subprocess.run([APPS / "trueline-simulate", f"--config={SOURCE}/config/simulate/hippodrome.yaml",
-                            f"--out={log}", "--quiet", "--duration=40", "--overrides=imu.rate: 128"], check=True)
+                            f"--out={log}", "--quiet"], check=True)
             rows = pd.merge_asof(stream(log, "imu"), stream(log, "attitude"), on="t", direction="nearest")
             mocap = stream(log, "mocap")[["t", "x", "y", "z"]]
             rows = pd.merge_asof(rows, mocap, on="t", direction="nearest")
