@@ -125,7 +125,7 @@ TEST(WholeFlight, SlowLearnsHowStronglyTheAhrsDrifts) {
   const VgdOptions options;
   std::vector<LearnedStrength> learned;
   for (const double sigma : {0.01, 0.04}) {
-    SimulationConfig config = Drifting(40.0);
+    SimulationConfig config = Drifting(60.0);
     config.imu.rate = 128.0;
     config.ahrs.drift_sigma = {sigma, sigma, 0.0};
     const testing_vgd::Flight flight(config, 7, options);
