@@ -28,9 +28,9 @@ inline const FittedNumber kStateNumbers[] = {
 // What is given: z-up world, forward-left-up body.
 struct PredictionWindow {
   static constexpr int kSteps = StabilisedProcess::kSteps;
-  Eigen::Vector3d p, v;                                   // m, m/s, in the world
-  Eigen::Vector4d q;                                      // body to world, w x y z
-  Eigen::Vector3d w;                                      // rad/s, in the body
+  Eigen::Vector3d p, v;                   // m, m/s, in the world
+  Eigen::Vector4d q;                      // body to world, w x y z
+  Eigen::Vector3d w;                      // rad/s, in the body
   std::array<RotorInput, kSteps> rotors;  // mean over each step
 };
 
@@ -55,8 +55,8 @@ class WindowPrediction {
   template <class T>
   using Observed = std::array<std::vector<T>, 3>;
 
-  WindowPrediction(const FittedRotors& rotors, const Process& process, const FusedVelocity& velocity,
-                   const FastVelocity& fast)
+  WindowPrediction(const FittedRotors& rotors, const Process& process,
+                   const FusedVelocity& velocity, const FastVelocity& fast)
       : rotors_(rotors), process_(process), velocity_(velocity), fast_(fast) {}
 
   // States at the ends of the steps. `c`: the numbers. Rates, motion and the fast part of the

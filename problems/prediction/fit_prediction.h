@@ -13,9 +13,9 @@ namespace trueline {
 // What is predicted by the rotor drive's model.
 struct PredictedVehicle {
   std::vector<Rotor> rotors;
-  double gravity = 9.81;               // m/s^2
-  std::vector<Effect> effects;         // as in model.yaml; their sizes are numbers
-  std::vector<RotorEffects> units;     // of FittedRotors, one for each size
+  double gravity = 9.81;            // m/s^2
+  std::vector<Effect> effects;      // as in model.yaml; their sizes are numbers
+  std::vector<RotorEffects> units;  // of FittedRotors, one for each size
 
   FittedRotors Model() const { return {rotors, gravity, units}; }
 };

@@ -16,10 +16,9 @@ namespace trueline {
 
 // A residual of the free numbers, differentiated in the scalar that effects are kept for.
 template <class Residual>
-std::unique_ptr<ceres::CostFunction> CostOf(const Residual& residual, int numbers,
-                                            int residuals) {
-  auto cost = std::make_unique<ceres::DynamicAutoDiffCostFunction<Residual, 4>>(
-      new Residual(residual));
+std::unique_ptr<ceres::CostFunction> CostOf(const Residual& residual, int numbers, int residuals) {
+  auto cost =
+      std::make_unique<ceres::DynamicAutoDiffCostFunction<Residual, 4>>(new Residual(residual));
   cost->AddParameterBlock(numbers);
   cost->SetNumResiduals(residuals);
   return cost;

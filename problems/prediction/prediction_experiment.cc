@@ -66,18 +66,18 @@ void AddSizes(const YamlMap& map, PredictedVehicle* vehicle, std::vector<FittedN
     for (const auto& [name, size] : effect.values) {
       RotorExtension extension = RotorExtensionOf({{effect.id, {{name, 1.0}}, effect.term}});
       if (extension.effects.forces.empty() && extension.effects.terms.empty()) {
-        map.Fail("effects", effect.id + " is no force that is linear in its size; state constants, "
-                                        "such as K_x, under numbers");
+        map.Fail("effects", effect.id +
+                                " is no force that is linear in its size; state constants, "
+                                "such as K_x, under numbers");
       }
       const auto parameter = std::ranges::find(info.parameters, name, &EffectParameterInfo::name);
       const bool free = size != 0.0;
       const double typical = free ? std::abs(size) : 1.0;
       numbers->push_back(
-          effect.term
-              ? FittedNumber{effect.term->Where() + " " + SymbolsOf(effect.term->with),
-                             effect.term->Unit(), effect.term->Name(), size, typical, free}
-              : FittedNumber{effect.id + "." + name, parameter->unit, info.physics, size, typical,
-                             free});
+          effect.term ? FittedNumber{effect.term->Where() + " " + SymbolsOf(effect.term->with),
+                                     effect.term->Unit(), effect.term->Name(), size, typical, free}
+                      : FittedNumber{effect.id + "." + name, parameter->unit, info.physics, size,
+                                     typical, free});
       vehicle->units.push_back(std::move(extension.effects));
     }
   }
@@ -112,7 +112,8 @@ PredictedVehicle ReadPredictedVehicle(const YamlMap& map, std::vector<FittedNumb
   return vehicle;
 }
 
-YAML::Node FittedModelNode(const PredictedVehicle& vehicle, const std::vector<FittedNumber>& numbers,
+YAML::Node FittedModelNode(const PredictedVehicle& vehicle,
+                           const std::vector<FittedNumber>& numbers,
                            const std::vector<double>& values, const std::vector<double>& sigmas,
                            const YAML::Node& provenance) {
   std::vector<ParameterEstimate> constants;
@@ -131,9 +132,8 @@ YAML::Node FittedModelNode(const PredictedVehicle& vehicle, const std::vector<Fi
   return ModelNode(constants, forces, provenance);
 }
 
-YAML::Node NumbersNode(const std::vector<FittedNumber>& numbers,
-                       const std::vector<double>& values, const std::vector<double>& sigmas,
-                       int digits) {
+YAML::Node NumbersNode(const std::vector<FittedNumber>& numbers, const std::vector<double>& values,
+                       const std::vector<double>& sigmas, int digits) {
   YAML::Node node;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (!numbers[i].free && values[i] == 0.0) continue;

@@ -43,17 +43,17 @@ YAML::Node HeadNode(const PredictionExperiment& experiment);
 // `numbers`: the experiment's own; those of FittedRotors follow them.
 PredictedVehicle ReadPredictedVehicle(const YamlMap& map, std::vector<FittedNumber>* numbers);
 
-// The content that `trueline calibrate --drive=rotors --model` takes: forces. The numbers of moments
-// are left out: the rotors' moments mostly cancel disturbances, so that what predicts best is no
-// inertia of the vehicle.
-YAML::Node FittedModelNode(const PredictedVehicle& vehicle, const std::vector<FittedNumber>& numbers,
+// The content that `trueline calibrate --drive=rotors --model` takes: forces. The numbers of
+// moments are left out: the rotors' moments mostly cancel disturbances, so that what predicts best
+// is no inertia of the vehicle.
+YAML::Node FittedModelNode(const PredictedVehicle& vehicle,
+                           const std::vector<FittedNumber>& numbers,
                            const std::vector<double>& values, const std::vector<double>& sigmas,
                            const YAML::Node& provenance);
 // Values and sigmas by name with unit, status and meaning; `digits` of the values. Those that are
 // zero and held are left out.
-YAML::Node NumbersNode(const std::vector<FittedNumber>& numbers,
-                       const std::vector<double>& values, const std::vector<double>& sigmas,
-                       int digits);
+YAML::Node NumbersNode(const std::vector<FittedNumber>& numbers, const std::vector<double>& values,
+                       const std::vector<double>& sigmas, int digits);
 // A line for each fitted number.
 std::string NumbersTable(const std::vector<FittedNumber>& numbers,
                          const std::vector<double>& values, const std::vector<double>& sigmas);

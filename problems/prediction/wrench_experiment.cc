@@ -206,8 +206,9 @@ WrenchFit FitWrench(const WrenchExperiment& experiment, const std::vector<Wrench
   for (const WrenchFlight& flight : flights) {
     for (std::size_t i = 0; i < flight.rows.size(); i += experiment.stride) {
       rows.push_back(&flight.rows[i]);
-      sections.push_back(base +
-                         static_cast<int>((flight.rows[i].rotors.t - flight.rows.front().rotors.t) / kSection));
+      sections.push_back(
+          base +
+          static_cast<int>((flight.rows[i].rotors.t - flight.rows.front().rotors.t) / kSection));
     }
     base = sections.back() + 1;
   }

@@ -67,12 +67,13 @@ struct WrenchExperiment : PredictionExperiment {
     std::vector<std::string> train;
   };
   PredictedVehicle vehicle;
-  double mass = 0.0;                                  // kg, as stated
-  double other_mass = 0.0;                            // kg; 0 for none
-  Eigen::Vector3d inertia = Eigen::Vector3d::Zero();  // kg m^2, as stated: the measured moment is I dw + w x I w
-  std::vector<FittedNumber> numbers;                  // of FittedRotors
-  Eigen::Vector3d force_sigma{0.1, 0.1, 0.3};         // N, weights of the fit
-  Eigen::Vector3d moment_sigma{0.2, 0.2, 0.02};       // N m
+  double mass = 0.0;        // kg, as stated
+  double other_mass = 0.0;  // kg; 0 for none
+  Eigen::Vector3d inertia =
+      Eigen::Vector3d::Zero();        // kg m^2, as stated: the measured moment is I dw + w x I w
+  std::vector<FittedNumber> numbers;  // of FittedRotors
+  Eigen::Vector3d force_sigma{0.1, 0.1, 0.3};    // N, weights of the fit
+  Eigen::Vector3d moment_sigma{0.2, 0.2, 0.02};  // N m
   int stride = 5;
   std::vector<Fold> folds;
 };

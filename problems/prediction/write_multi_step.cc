@@ -71,8 +71,7 @@ YAML::Node FitNode(const PredictionSetup& setup, const PredictionFit& fit,
   node["windows"] = fit.windows;
   node["converged"] = fit.converged;
   node["cost"] = Rounded(fit.cost, kScoreDigits);
-  node["numbers"] =
-      NumbersNode(setup.numbers, fit.numbers, fit.sigmas, kScoreDigits);
+  node["numbers"] = NumbersNode(setup.numbers, fit.numbers, fit.sigmas, kScoreDigits);
   for (std::size_t i = 0; i < kProcessNames.size(); ++i) {
     node["processes"][kProcessNames[i]] = ToYaml(fit.processes[i]);
   }

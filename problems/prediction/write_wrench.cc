@@ -35,7 +35,8 @@ YAML::Node FoldNode(const WrenchExperiment& experiment, const WrenchFold& fold) 
   node["test"] = fold.test;
   node["train"] = fold.train;
   node["rows"] = fold.fit.rows;
-  node["numbers"] = NumbersNode(experiment.numbers, fold.fit.numbers, fold.fit.sigmas, kWrenchDigits);
+  node["numbers"] =
+      NumbersNode(experiment.numbers, fold.fit.numbers, fold.fit.sigmas, kWrenchDigits);
   constexpr const char* kAxes[] = {"roll", "pitch", "yaw"};
   for (int axis = 0; axis < 3; ++axis) {
     node["share_of_moment"][kAxes[axis]] = Rounded(fold.fit.share[axis], kWrenchDigits);

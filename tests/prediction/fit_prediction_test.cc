@@ -34,8 +34,7 @@ TEST(FitPrediction, RecoversNumbers) {
   const PredictionFit fit = FitPrediction(setup, pointers, 0);  // all cores: the command's default
   EXPECT_EQ(fit.windows, 24);
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    EXPECT_NEAR(fit.numbers[i], truth[i], 0.01 * std::abs(truth[i]))
-        << setup.numbers[i].name;
+    EXPECT_NEAR(fit.numbers[i], truth[i], 0.01 * std::abs(truth[i])) << setup.numbers[i].name;
     EXPECT_EQ(fit.sigmas[i] > 0.0, setup.numbers[i].free) << setup.numbers[i].name;
   }
 }

@@ -20,9 +20,16 @@ std::vector<Rotor> Rotors() {
 
 std::vector<double> Numbers(int effects) {
   std::vector<double> c(FittedRotors(Rotors(), 9.81, {}).count() + effects, 0.0);
-  for (const auto& [name, value] : {std::pair{"m", 0.045}, {"I_x", 2.7e-5}, {"I_y", 3e-5},
-                                    {"I_z", 3.2e-5}, {"k_f", 1.0}, {"k_m", 1.0}, {"K_x", -0.4},
-                                    {"M_u", 20.0}, {"L_p", -3.0}, {"J_r", 2.7e-8}}) {
+  for (const auto& [name, value] : {std::pair{"m", 0.045},
+                                    {"I_x", 2.7e-5},
+                                    {"I_y", 3e-5},
+                                    {"I_z", 3.2e-5},
+                                    {"k_f", 1.0},
+                                    {"k_m", 1.0},
+                                    {"K_x", -0.4},
+                                    {"M_u", 20.0},
+                                    {"L_p", -3.0},
+                                    {"J_r", 2.7e-8}}) {
     c[FindRotorConstant(name)] = value;
   }
   return c;

@@ -50,8 +50,7 @@ void WriteFlight(const WrenchExperiment& experiment, const std::filesystem::path
       row.rotors.speeds.push_back(1130.0 + 40.0 * normal(random));
       row.rotors.accelerations.push_back(500.0 * normal(random));
     }
-    const auto pushed =
-        rotors.At<double>(numbers.data(), row.v, row.w, row.rotors);
+    const auto pushed = rotors.At<double>(numbers.data(), row.v, row.w, row.rotors);
     row.dw = 0.3 * pushed.turn;  // the rest cancels the disturbance
     const Eigen::Vector3d arm(0.0, 0.0, 0.02);
     row.specific_force = pushed.force + row.dw.cross(arm) + row.w.cross(row.w.cross(arm));
