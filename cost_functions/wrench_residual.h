@@ -33,10 +33,9 @@ class WrenchResidual {
                  const Options& options)
       : rotors_(rotors), numbers_(numbers), row_(row), options_(options) {}
 
-  // I dw + w x I w. `c`: numbers of FittedRotors.
+  // I dw + w x I w. `inertia`: its diagonal, 3 numbers.
   template <class T>
-  static Vec3<T> Moment(const T* c, const Vec3<T>& dw, const Vec3<T>& w) {
-    const T* inertia = c + FittedRotors::NumberOf(RotorDrivenModel::kInertia);
+  static Vec3<T> Moment(const T* inertia, const Vec3<T>& dw, const Vec3<T>& w) {
     const Vec3<T> momentum(inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]);
     return Vec3<T>(inertia[0] * dw[0], inertia[1] * dw[1], inertia[2] * dw[2]) + Cross(w, momentum);
   }
@@ -52,7 +51,7 @@ class WrenchResidual {
     const T& mass = c[FittedRotors::NumberOf(RotorDrivenModel::kMass)];
     return {Vec3<T>(mass * (model.force[0] + extra[0]), mass * (model.force[1] + extra[1]),
                     mass * (model.force[2] + extra[2])),
-            Moment(c, model.turn, w)};
+            Moment(InertiaIn(c), model.turn, w)};
   }
 
   // x: the free numbers, one block.
@@ -60,7 +59,8 @@ class WrenchResidual {
   bool operator()(T const* const* x, T* residuals) const {
     const std::vector<T> c = numbers_.At(x[0]);
     const Wrench<T> wrench = Predict(rotors_, row_, c.data());
-    const Vec3<T> turned = Moment(c.data(), Vec3<T>(row_.dw.cast<T>()), Vec3<T>(row_.w.cast<T>()));
+    const Vec3<T> turned =
+        Moment(InertiaIn(c.data()), Vec3<T>(row_.dw.cast<T>()), Vec3<T>(row_.w.cast<T>()));
     for (int i = 0; i < 3; ++i) {
       const T force =
           c[FittedRotors::NumberOf(RotorDrivenModel::kMass)] * T(row_.specific_force[i]);
@@ -71,6 +71,12 @@ class WrenchResidual {
   }
 
  private:
+  // Of the numbers of FittedRotors.
+  template <class T>
+  static const T* InertiaIn(const T* c) {
+    return c + FittedRotors::NumberOf(RotorDrivenModel::kInertia);
+  }
+
   const FittedRotors& rotors_;
   const FreeNumbers& numbers_;
   const WrenchRow& row_;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -73,10 +74,9 @@ class FittedRotors {
       : model_(std::move(rotors), gravity), effects_(std::move(effects)) {}
 
   double gravity() const { return model_.base().gravity(); }
-  // The model's constants, then the sizes.
-  int count() const { return Model::kConstants + static_cast<int>(effects_.size()); }
 
-  // Specific force [m/s^2] and angular acceleration [rad/s^2]. `c`: the numbers; `v`: of the centre
+  // Specific force [m/s^2] and angular acceleration [rad/s^2]. `c`: the model's constants, then the
+  // sizes; `v`: of the centre
   // of mass through the air [m/s]; `w`: body rate [rad/s]; all in body axes.
   template <class T>
   Model::BodyAcceleration<T> At(const T* c, const Vec3<T>& v, const Vec3<T>& w,
@@ -84,9 +84,10 @@ class FittedRotors {
     std::array<T, Model::kStates> x;
     x.fill(T(0.0));
     x[Base::kAttitude] = T(1.0);
+    const Vec3<T> v_B = Turned(v), w_B = Turned(w);
     for (int i = 0; i < 3; ++i) {
-      x[Base::kVelocity + i] = Turned(v)[i];
-      x[Base::kRate + i] = Turned(w)[i];
+      x[Base::kVelocity + i] = v_B[i];
+      x[Base::kRate + i] = w_B[i];
     }
     std::copy_n(c, Model::kConstants, x.begin() + Model::kMoving);
     Model::BodyAcceleration<T> sum = model_.BodyAccelerationOf(x.data(), rotors);

@@ -7,17 +7,17 @@
 
 #include "problems/effects/effect.h"
 #include "problems/prediction/prediction_run.h"
+#include "problems/rotor/rotor_vehicle.h"
 
 namespace trueline {
 
 // What is predicted by the rotor drive's model.
 struct PredictedVehicle {
-  std::vector<Rotor> rotors;
-  double gravity = 9.81;            // m/s^2
+  RotorVehicle stated{RotorDrivenModel({}), {}};
   std::vector<Effect> effects;      // as in model.yaml; their sizes are numbers
   std::vector<RotorEffects> units;  // of FittedRotors, one for each size
 
-  FittedRotors Model() const { return {rotors, gravity, units}; }
+  FittedRotors Model() const { return {stated.model.rotors(), stated.model.gravity(), units}; }
 };
 
 using ProcessNumbers = std::array<StabilisedProcessNumbers, WindowPrediction::kProcesses>;

@@ -11,7 +11,6 @@
 #include "problems/effects/read_effects.h"
 #include "problems/prediction/prediction_run.h"
 #include "problems/result/yaml_text.h"
-#include "problems/rotor/rotor_vehicle.h"
 
 namespace trueline {
 
@@ -101,12 +100,12 @@ void ReadNumbers(const YamlMap& map, std::vector<FittedNumber>* numbers) {
 
 PredictedVehicle ReadPredictedVehicle(const YamlMap& map, std::vector<FittedNumber>* numbers) {
   PredictedVehicle vehicle;
-  YamlArchive(map).Positive("gravity", &vehicle.gravity);
+  double gravity = 9.81;  // m/s^2
+  YamlArchive(map).Positive("gravity", &gravity);
   const YamlMap stated = map.Child("vehicle");
-  const RotorVehicle nominal = ReadRotorVehicle(stated, vehicle.gravity);
-  vehicle.rotors = nominal.model.rotors();
-  if (vehicle.rotors.size() != 4) stated.Fail("rotors", "must list four rotors");
-  AddConstants(PriorFromVehicle(nominal), numbers);
+  vehicle.stated = ReadRotorVehicle(stated, gravity);
+  if (vehicle.stated.model.num_rotors() != 4) stated.Fail("rotors", "must list four rotors");
+  AddConstants(PriorFromVehicle(vehicle.stated), numbers);
   ReadNumbers(map.Child("numbers"), numbers);
   AddSizes(map, &vehicle, numbers);
   return vehicle;

@@ -123,15 +123,14 @@ using Wrenches = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 constexpr double kSection = 5.0;  // s, of the clusters behind the sigmas
 
 constexpr int kMassNumber = FittedRotors::NumberOf(RotorDrivenModel::kMass);
-constexpr int kInertiaNumber = FittedRotors::NumberOf(RotorDrivenModel::kInertia);
 
 // Measured force and moment of all rows.
-Wrenches Measured(const WrenchFlight& flight, double mass, const Eigen::Vector3d& inertia) {
+Wrenches Measured(const WrenchFlight& flight, double mass, const double* inertia) {
   Wrenches truth(6, flight.rows.size());
   for (std::size_t i = 0; i < flight.rows.size(); ++i) {
     const WrenchRow& row = flight.rows[i];
     truth.col(i) << mass * row.specific_force,
-        inertia.cwiseProduct(row.dw) + row.w.cross(inertia.cwiseProduct(row.w));
+        WrenchResidual::Moment<double>(inertia, row.dw, row.w);
   }
   return truth;
 }
@@ -184,7 +183,7 @@ void FitMoments(const WrenchExperiment& experiment, const FittedRotors& rotors, 
   };
   std::vector<Wrenches> nets;
   for (const WrenchFlight& flight : flights) {
-    const Wrenches truth = Measured(flight, mass, experiment.inertia);
+    const Wrenches truth = Measured(flight, mass, experiment.inertia());
     nets.push_back(Modelled(rotors, flight, fit->numbers));
     records.push_back(RecordOf(flight, truth, nets.back()));
     for (int axis = 0; axis < 3; ++axis) append(truth.row(3 + axis).transpose(), &measured[axis]);
@@ -260,12 +259,12 @@ void RunFold(const WrenchExperiment& experiment, const WrenchExperiment::Fold& f
   const WrenchFlight test = ReadWrenchFlight(data, fold.test);
   const auto is_of_test = [&](const WrenchFold& f) { return f.test == fold.test; };
   const bool first = std::ranges::none_of(result->folds, is_of_test);
-  std::vector<double> masses = {experiment.mass};
+  std::vector<double> masses = {experiment.mass()};
   if (experiment.other_mass > 0.0) masses.push_back(experiment.other_mass);
   for (const double mass : masses) {
     const WrenchFit fit = FitWrench(experiment, training, mass, threads);
-    if (mass == experiment.mass) result->folds.push_back({fold.test, fold.train, fit});
-    const Wrenches truth = Measured(test, mass, experiment.inertia);
+    if (mass == experiment.mass()) result->folds.push_back({fold.test, fold.train, fit});
+    const Wrenches truth = Measured(test, mass, experiment.inertia());
     Wrenches ours = Modelled(experiment.vehicle.Model(), test, fit.numbers);
     const MomentRecord record = RecordOf(test, truth, ours);
     ours.middleRows<2>(3) = fit.washout.Of(record.modelled, record.t);
@@ -296,10 +295,6 @@ WrenchExperiment ReadWrenchExperiment(const std::filesystem::path& file) {
   WrenchExperiment experiment;
   ReadHead(file, "wrench", map, &experiment);
   experiment.vehicle = ReadPredictedVehicle(map, &experiment.numbers);
-  experiment.mass = experiment.numbers[kMassNumber].start;
-  for (int i = 0; i < 3; ++i) {
-    experiment.inertia[i] = experiment.numbers[kInertiaNumber + i].start;
-  }
   YamlArchive a(map);
   a.NotNegative("other_mass", &experiment.other_mass);
   experiment.force_sigma = map.GetVector3("force_sigma", experiment.force_sigma);

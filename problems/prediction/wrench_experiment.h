@@ -67,15 +67,16 @@ struct WrenchExperiment : PredictionExperiment {
     std::vector<std::string> train;
   };
   PredictedVehicle vehicle;
-  double mass = 0.0;        // kg, as stated
-  double other_mass = 0.0;  // kg; 0 for none
-  Eigen::Vector3d inertia =
-      Eigen::Vector3d::Zero();        // kg m^2, as stated: the measured moment is I dw + w x I w
-  std::vector<FittedNumber> numbers;  // of FittedRotors
+  double other_mass = 0.0;                       // kg; 0 for none
+  std::vector<FittedNumber> numbers;             // of FittedRotors
   Eigen::Vector3d force_sigma{0.1, 0.1, 0.3};    // N, weights of the fit
   Eigen::Vector3d moment_sigma{0.2, 0.2, 0.02};  // N m
   int stride = 5;
   std::vector<Fold> folds;
+
+  // As stated, of which truth is computed: kg; kg m^2, 3 numbers.
+  double mass() const { return vehicle.stated.parameters[RotorDrivenModel::kMass]; }
+  const double* inertia() const { return &vehicle.stated.parameters[RotorDrivenModel::kInertia]; }
 };
 
 WrenchExperiment ReadWrenchExperiment(const std::filesystem::path& file);

@@ -54,7 +54,7 @@ void WriteWrench(const WrenchExperiment& experiment, const WrenchResult& result,
   YAML::Node node = HeadNode(experiment);
   for (const WrenchScore& score : result.scores) node["scores"].push_back(WrenchScoreNode(score));
   for (const WrenchFold& fold : result.folds) node["folds"].push_back(FoldNode(experiment, fold));
-  for (int i = 0; i < 3; ++i) node["stated_inertia"].push_back(experiment.inertia[i]);
+  for (int i = 0; i < 3; ++i) node["stated_inertia"].push_back(experiment.inertia()[i]);
   node["stated_inertia"].SetStyle(YAML::EmitterStyle::Flow);
   WriteFileAtomically(directory / "summary.yaml", TextOf(node));
 }

@@ -19,7 +19,7 @@ std::vector<Rotor> Rotors() {
 }
 
 std::vector<double> Numbers(int effects) {
-  std::vector<double> c(FittedRotors(Rotors(), 9.81, {}).count() + effects, 0.0);
+  std::vector<double> c(RotorAeroModel::kConstants + effects, 0.0);
   for (const auto& [name, value] : {std::pair{"m", 0.045},
                                     {"I_x", 2.7e-5},
                                     {"I_y", 3e-5},

@@ -63,7 +63,8 @@ struct BlindFlight {
     const double mass = constants[FittedRotors::NumberOf(RotorDrivenModel::kMass)];
     const double inertia = constants[FittedRotors::NumberOf(RotorDrivenModel::kInertia + 1)];
     RotorInput input;
-    for (const Rotor& rotor : testing_prediction::SmallVehicle().rotors) {
+    const PredictedVehicle small = testing_prediction::SmallVehicle();
+    for (const Rotor& rotor : small.stated.model.rotors()) {
       const double thrust = 0.25 * mass * vehicle.gravity() / std::cos(pitch) -
                             0.25 * inertia * turn / rotor.position.x();
       input.speeds.push_back(std::sqrt(thrust / rotor.k_f));
