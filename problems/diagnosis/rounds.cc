@@ -140,25 +140,30 @@ class CauseSearch {
 
   // What a witness says is known before a fit: an effect that it excludes is not tried, and one
   // that it shows is not argued away by another that fits better. Each effect that the flight
-  // speaks for is asked for once. Returns those that flight and witness show together.
+  // speaks for is asked for once. Returns those that flight and witness show together. The flight
+  // misjudges a large effect: where it states an impossible size, its witness may show a possible
+  // one.
   std::vector<Tested> AskFirst(FlightEvidence* evidence) {
     std::vector<Tested> asked, witnessed;
     for (const std::size_t i : BestOfEach(evidence->tested())) {
       const Tested& t = evidence->tested()[i];
-      const bool speaks = t.Significant(alpha_) ||
-                          (Plausible(t.candidate, t.value) && CauseOf(t).evidence.flight > 0.0);
+      const bool speaks = t.Significant(alpha_) || CauseOf(t).evidence.flight > 0.0;
       if (speaks && asked_.insert(t.candidate.Label()).second) asked.push_back(t);
     }
     for (const Tested& t : asked) {
       Cause cause = Asked(t);
       AddIndependentEvidence(&cause);
       const EffectInfo* info = t.candidate.info;
-      if (Refuted(cause, options_.alpha)) {
+      const bool plausible = Plausible(t.candidate, t.value);
+      const bool shows = cause.witness.says == "confirms";
+      const bool possible = shows && Plausible(t.candidate, cause.witness.value);
+      if (plausible && Refuted(cause, options_.alpha)) {
         evidence->Exclude(*info);
         std::erase_if(candidates_, [&](const Candidate& c) { return c.info == info; });
         rounds_.refuted.push_back(cause);
-      } else if (cause.witness.says == "confirms" && WhyNotNamed(cause, options_.alpha).empty()) {
+      } else if (shows && (plausible || possible) && WhyNotNamed(cause, options_.alpha).empty()) {
         beside_flight_[t.candidate.Label()] = cause.evidence.Total() - cause.evidence.flight;
+        if (possible) possible_.insert(t.candidate.Label());
         witnessed.push_back(t);
       }
     }
@@ -243,7 +248,9 @@ class CauseSearch {
     const auto fit = flight_->Linearise({}, false);
     for (std::size_t i = rounds_.found.size(); i-- > 0;) {
       const Found& f = rounds_.found[i];
-      const bool plausible = Plausible(f.candidate, f.value) && flight_->ConstantsArePhysical(f);
+      const bool plausible =
+          (Plausible(f.candidate, f.value) || possible_.contains(f.candidate.Label())) &&
+          flight_->ConstantsArePhysical(f);
       if (plausible && IsShown(f, TestFound(*fit, rounds_.found, i))) continue;
       candidates_ = Without(candidates_, {f});
       rounds_.Remove(i);
@@ -295,9 +302,10 @@ class CauseSearch {
   const SearchOptions& options_;
   DiagnosedFlight* flight_;
   std::vector<Candidate> candidates_;
-  std::set<std::string> misjudged_;              // labels of those that were fitted for it
-  std::set<std::string> asked_;                  // labels of those that a witness was asked for
-  std::set<std::string> seen_;                   // the same, whatever the flight says
+  std::set<std::string> misjudged_;  // labels of those that were fitted for it
+  std::set<std::string> asked_;      // labels of those that a witness was asked for
+  std::set<std::string> seen_;       // the same, whatever the flight says
+  std::set<std::string> possible_;   // the same, whose size is possible by their witness
   std::map<std::string, double> beside_flight_;  // evidence of those that it shows, by label
   int tried_;                                    // effects
   double alpha_;                                 // of one of them

@@ -101,6 +101,20 @@ TEST(Diagnose, SlowNamesAFalseGateSeenInFourOfTenFixes) {
   EXPECT_EQ(diagnosis.causes[0].candidate.fixed.at("gate"), 1);
 }
 
+// The flight's estimate is a size that no vehicle has; its gyroscope shows one that some have.
+TEST(Diagnose, SlowNamesAnEffectWhoseSizeItsWitnessShowsToBePossible) {
+  const double limit = InfoOf("ahrs_drag_error").parameters[0].plausible, hidden = 0.8 * limit;
+  const Diagnosis diagnosis =
+      DiagnoseQuickly(FlyHiding({{"ahrs_drag_error", {{"k", hidden}}}}, 29));
+  const auto first =
+      std::ranges::find(diagnosis.candidates, "ahrs_drag_error", &CandidateReport::id);
+  ASSERT_GT(first->value[0], limit);
+  ASSERT_FALSE(diagnosis.causes.empty());
+  const Cause& cause = diagnosis.causes[0];
+  EXPECT_EQ(cause.candidate.id(), "ahrs_drag_error");
+  EXPECT_NEAR(cause.value[0], hidden, 3.3 * cause.sigma[0]);
+}
+
 TEST(Diagnose, SlowNamesOneEffectOfEachKind) {
   const std::vector<Hidden> all = {
       {"quadratic_drag", {{"c", 0.25}}, {0.0214}},
