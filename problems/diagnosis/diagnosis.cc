@@ -102,7 +102,7 @@ class FlightDiagnosis {
 
   // False data that remain after the catalogue's effects are fitted: a strongly rotated camera also
   // displaces all fixes of a pass. Terms that are significant beside them must be explained by
-  // them.
+  // them, unless no misfit of the model moves fixes so.
   void LeaveOutFalseData() {
     const double alpha = FalseDataAlpha(options_);
     const auto found = flight_->FindFalseData(alpha);
@@ -112,9 +112,11 @@ class FlightDiagnosis {
       return SearchCauses(AllCandidates(*flight), options_, flight).goes_with.size();
     };
     const std::size_t terms = terms_of(trial.get());
-    if (!trial->FindFalseData(alpha)) return;
+    const auto left = trial->FindFalseData(alpha);
+    if (!left) return;
     Flight without = flight_->WithoutFalseData(alpha);
-    if (terms > 0 && terms_of(without->WithoutCauses().get()) >= terms) return;
+    const bool misfit = terms > 0 && !left->beside_any_path;
+    if (misfit && terms_of(without->WithoutCauses().get()) >= terms) return;
     false_data_ = found;
     flight_ = std::move(without);
   }

@@ -84,7 +84,8 @@ struct Cause {
   Gain agreement = Gain();
   // Of the value: what an error that no hypothesis states adds, on a flight that shows one.
   std::optional<Eigen::VectorXd> unstated_sigma = {};
-  bool shared = false;  // with the references: part of the model, and no change
+  bool shared = false;           // with the references: part of the model, and no change
+  bool beside_any_path = false;  // false data that no misfit of the model imitates
   EvidenceSum evidence = {};
   std::string because = {};  // why it is set aside; empty if it is named
 

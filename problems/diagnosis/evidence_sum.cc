@@ -121,7 +121,9 @@ double HeldOutEvidence(const Gain& arcs, const Gain& replays) {
   return std::max(-kMostEvidence, -0.5 * z * z / measures);
 }
 
-double EvidenceOfChance(double p) { return -0.5 * std::log(std::max(p, 1e-300)) - std::log(2.0); }
+double EvidenceOfChance(double p) {
+  return std::min(kMostEvidence, -0.5 * std::log(std::max(p, 1e-300)) - std::log(2.0));
+}
 
 double IndependentEvidence(const Cause& cause, const VectorXd& value, const VectorXd& sigma,
                            bool same_model) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/thresholds.h"
@@ -21,6 +23,7 @@ constexpr double kWidest = 2.0;  // m, half the side of the smallest box that ou
 struct FittedFix {
   std::size_t fix;
   int gate;
+  int pass;
   Eigen::Vector3d d;  // m, fix less path
   double sigma;       // m, as stated: the learned sigma includes the outliers
   double distance;    // m, of the path from the gate
@@ -37,7 +40,8 @@ FittedFixes FittedFixesOf(const BaseFlight& flight, const BaseFit& fit) {
     const Eigen::Vector3d d = -fit.rows.r.segment<3>(3 * static_cast<Eigen::Index>(i));
     const Gate* gate = GateOf(flight.log(), at.gate);
     const double distance = gate == nullptr ? 0.0 : (gate->position - (at.p_E - d)).norm();
-    fixes.push_back({flight.plan().fixes[i], at.gate, d, at.sigma, distance});
+    const int pass = flight.plan().fix_cluster[i];
+    fixes.push_back({flight.plan().fixes[i], at.gate, pass, d, at.sigma, distance});
   }
   return fixes;
 }
@@ -65,9 +69,14 @@ double ChanceOf(int n, int m, double reach, const FittedFixes& outliers) {
   return std::min(1.0, n * (1.0 - ChiSquareTail(2.0 * n * share, 2.0 * (m - 1))));
 }
 
+// True if the fix is nearer to the path than to a place that far from it.
+bool IsOnPath(const FittedFix& fix, const FittedFix& place) {
+  return fix.d.norm() < kMostOf * place.d.norm();
+}
+
 // True if other fixes of the same gate from the same distance lie on the path. If all fixes are
 // displaced, the cause is a lens or size error and not a false gate.
-bool HasBystanders(const FittedFixes& fixes, const FittedFixes& agreeing) {
+bool HasBystanders(const FittedFixes& fixes, const FittedFixes& agreeing, const FittedFix& place) {
   constexpr double kBystanderShare = 0.2;
   int bystanders = 0, all = 0;
   for (const FittedFix& fix : fixes) {
@@ -76,9 +85,33 @@ bool HasBystanders(const FittedFixes& fixes, const FittedFixes& agreeing) {
     });
     if (!alike) continue;
     ++all;
-    bystanders += !fix.IsOutlier();
+    bystanders += IsOnPath(fix, place);
   }
   return bystanders >= kBystanderShare * all;
+}
+
+// How many agree on a place independently: an error of the path moves whole passes, but no fix
+// apart from others of its pass.
+struct Independent {
+  int passes = 0, within = 0;  // wholly displaced passes; fixes apart from others of theirs
+
+  int all() const { return passes + within; }
+};
+Independent IndependentAmong(const FittedFixes& some, const FittedFixes& fixes,
+                             const FittedFix& place) {
+  using Pass = std::pair<int, int>;  // of a gate
+  std::set<Pass> on_path, whole;
+  for (const FittedFix& fix : fixes) {
+    if (IsOnPath(fix, place)) on_path.emplace(fix.gate, fix.pass);
+  }
+  Independent count;
+  for (const FittedFix& fix : some) {
+    const bool within = on_path.contains({fix.gate, fix.pass});
+    count.within += within;
+    if (!within) whole.emplace(fix.gate, fix.pass);
+  }
+  count.passes = static_cast<int>(whole.size());
+  return count;
 }
 
 DisplacedFixes DisplacedAmong(const FittedFixes& fixes, const Eigen::Vector3d& offset) {
@@ -119,12 +152,16 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
       centre = &o;
     }
   }
-  const int n = static_cast<int>(outliers.size()), m = static_cast<int>(best.size());
-  if (centre == nullptr || m < kFewest || m < kShare * n) return std::nullopt;
+  const int m = static_cast<int>(best.size());
+  if (centre == nullptr || m < kFewest) return std::nullopt;
+  const Independent agree = IndependentAmong(best, fixes, *centre);
+  const int n = IndependentAmong(outliers, fixes, *centre).all();
+  if (agree.all() < kShare * n) return std::nullopt;
   FalseGate found;
-  found.p = ChanceOf(n, m, kApartSigmas * std::sqrt(2.0) * centre->sigma, outliers);
-  if (found.p >= alpha || !HasBystanders(fixes, best)) return std::nullopt;
+  found.p = ChanceOf(n, agree.all(), kApartSigmas * std::sqrt(2.0) * centre->sigma, outliers);
+  if (found.p >= alpha || !HasBystanders(fixes, best, *centre)) return std::nullopt;
   found.gate = OnlyGate(best);
+  found.beside_any_path = agree.within >= agree.passes;
   double weights = 0.0;
   for (const FittedFix& o : best) {
     found.fixes.push_back(o.fix);
@@ -197,8 +234,10 @@ std::optional<Cause> ImuDrivenFlight::FindFalseData(double alpha) const {
                              {"dx", found->offset.x()},
                              {"dy", found->offset.y()},
                              {"dz", found->offset.z()}}};
-  return Cause{candidate, Eigen::VectorXd::Constant(1, found->fraction),
-               Eigen::VectorXd::Constant(1, found->sigma), found->p};
+  Cause cause{candidate, Eigen::VectorXd::Constant(1, found->fraction),
+              Eigen::VectorXd::Constant(1, found->sigma), found->p};
+  cause.beside_any_path = found->beside_any_path;
+  return cause;
 }
 
 std::unique_ptr<DiagnosedFlight> ImuDrivenFlight::WithoutFalseData(double alpha) const {

@@ -17,6 +17,7 @@ struct FalseGate {
   int gate = -1;                                     // the only gate that it happens at; -1: any
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // m, E: of the detected object from the gate
   double p = 1.0;                                    // that so many outliers agree by chance
+  bool beside_any_path = false;                      // no misfit of the model imitates it
 };
 
 // Of fixes at which an offset of the detected object from the gate is a clear outlier.

@@ -101,6 +101,24 @@ TEST(Diagnose, SlowNamesAFalseGateSeenInFourOfTenFixes) {
   EXPECT_EQ(diagnosis.causes[0].candidate.fixed.at("gate"), 1);
 }
 
+// Terms that describe another misfit do not speak against fixes that lie apart from their own pass.
+TEST(Diagnose, SlowNamesAFalseGateBesideAMisfit) {
+  const Effect hidden{"false_gate",
+                      {{"fraction", 0.06}, {"gate", -1}, {"dx", 0.9}, {"dy", -0.8}, {"dz", 0.1}}};
+  FlightLog log = FlyHiding({hidden}, 31);
+  for (AttitudeSample& sample : log.attitude) {
+    const Eigen::Vector3d nose = sample.q_Ep_I * Eigen::Vector3d::UnitX();
+    const double error = 0.1 * std::sin(2.0 * std::atan2(nose.y(), nose.x()));
+    sample.q_Ep_I = Eigen::AngleAxisd(error, Eigen::Vector3d::UnitZ()) * sample.q_Ep_I;
+  }
+  log.mocap.clear();
+  const Diagnosis diagnosis = DiagnoseQuickly(log);
+  EXPECT_FALSE(diagnosis.unexplained_by.empty());
+  ASSERT_FALSE(diagnosis.causes.empty());
+  EXPECT_EQ(diagnosis.causes[0].candidate.id(), "false_gate");
+  EXPECT_NEAR(diagnosis.causes[0].value[0], 0.06, 3.3 * diagnosis.causes[0].sigma[0]);
+}
+
 // The flight's estimate is a size that no vehicle has; its gyroscope shows one that some have.
 TEST(Diagnose, SlowNamesAnEffectWhoseSizeItsWitnessShowsToBePossible) {
   const double limit = InfoOf("ahrs_drag_error").parameters[0].plausible, hidden = 0.8 * limit;
