@@ -269,7 +269,7 @@ bool Moves(const std::vector<PositionSample>& positions, double sigma, TimeNs fr
 
 // All windows in which nothing but noise is read, and no position changes. Smooth flight reads
 // like rest for a moment, so that a rest has two windows in a row.
-Rest RestOf(const FlightLog& log) {
+Rest FindRest(const FlightLog& log) {
   Rest rest;
   double windows = 0.0, sigma = 0.0;
   const std::vector<PositionSample> positions = PositionsOf(log, &sigma);
@@ -413,7 +413,7 @@ void CheckVertical(Examination* e) {
 }
 
 void CheckRest(Examination* e) {
-  const Rest rest = RestOf(e->fixed);
+  const Rest rest = FindRest(e->fixed);
   if (rest.seconds == 0.0) {
     e->result.notes.emplace_back(
         "gravity and the gyroscope's bias at rest: the vehicle never lies still for a second");

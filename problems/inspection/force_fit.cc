@@ -24,24 +24,11 @@ double BestScale(const Normal& normal, const Vector9& l) {
 }
 
 struct Row {
-  int block;
+  std::size_t block;
   Vector9 x;  // of L
   Eigen::Vector3d of_bias;
   double y;        // m/s^2, the acceleration less gravity
   double gravity;  // m/s^2, along the row's axis
-};
-
-// Normal equations of the flight, and of each of its parts.
-struct Blocks {
-  std::array<Normal, kBlocks> each;
-  Normal all;
-
-  explicit Blocks(const std::vector<Row>& rows) {
-    for (const Row& row : rows) {
-      each[static_cast<std::size_t>(row.block)].Add(row.x, row.y);
-      all.Add(row.x, row.y);
-    }
-  }
 };
 
 Vector9 RowsOf(const Eigen::Matrix3d& m) {
@@ -58,12 +45,18 @@ std::vector<Row> RowsOfBends(const BodyForce& force, const std::vector<Bend>& be
       const Bend& bend = bends[i];
       if (!force.Knows(bend)) continue;
       const double gravity = axis == 2 ? force.gravity() : 0.0;
-      rows.push_back({static_cast<int>(i * kBlocks / bends.size()), force.Force(axis, bend),
-                      force.Axes(axis, bend), bend.acceleration[axis] - gravity, gravity});
+      rows.push_back({i * kBlocks / bends.size(), force.Force(axis, bend), force.Axes(axis, bend),
+                      bend.acceleration[axis] - gravity, gravity});
     }
   }
   if (rows.size() < 300) rows.clear();
   return rows;
+}
+
+BlocksOf<Normal> NormalOf(const std::vector<Row>& rows) {
+  BlocksOf<Normal> blocks;
+  for (const Row& row : rows) blocks[row.block].Add(row.x, row.y);
+  return blocks;
 }
 
 // Least squares of N numbers beside a bias of the body, which is zero but for its usual size.
@@ -74,26 +67,26 @@ class BiasedFit {
     Eigen::Vector<double, N> value, sigma;
   };
 
-  void Add(int block, const Eigen::Vector<double, N>& x, const Eigen::Vector3d& of_bias, double y) {
+  void Add(std::size_t block, const Eigen::Vector<double, N>& x, const Eigen::Vector3d& of_bias,
+           double y) {
     Eigen::Vector<double, N + 3> row;
     row << x, of_bias;
-    each_[static_cast<std::size_t>(block)].Add(row, y);
-    all_.Add(row, y);
+    blocks_[block].Add(row, y);
   }
 
   Solution Solve() const {
+    const Sums all = Total(blocks_);
     double square = kLeastForceNoise * kLeastForceNoise;  // of a row's noise
     Eigen::Vector<double, N + 3> best;
     for (int pass = 0; pass < 3; ++pass) {
-      best = Best(all_, square);
-      square = std::max(all_.Cost(best) / all_.n, kLeastForceNoise * kLeastForceNoise);
+      best = Best(all, square);
+      square = std::max(all.Cost(best) / all.n, kLeastForceNoise * kLeastForceNoise);
     }
-    const Matrix open = kAlikeBends * square * Weighed(all_, square).inverse();
+    const Matrix open = kAlikeBends * square * Weighed(all, square).inverse();
     Solution solution{best.template head<N>(), {}};
     for (int k = 0; k < N; ++k) {
-      std::vector<double> without;
-      for (const Sums& block : each_) without.push_back(Best(all_ - block, square)[k]);
-      solution.sigma[k] = std::hypot(JackknifeSigma(without), std::sqrt(open(k, k)));
+      const auto of = [&](const Sums& sums) { return Best(sums, square)[k]; };
+      solution.sigma[k] = std::hypot(JackknifeSigma(blocks_, of), std::sqrt(open(k, k)));
     }
     return solution;
   }
@@ -112,8 +105,7 @@ class BiasedFit {
     return Weighed(sums, square).ldlt().solve(sums.b);
   }
 
-  std::array<Sums, kBlocks> each_;
-  Sums all_;
+  BlocksOf<Sums> blocks_;
 };
 
 // The rotation about `start` that lowers the cost, by Gauss-Newton on angles and scale.
@@ -160,16 +152,21 @@ struct ThreeFit {
   Eigen::Vector3d value;  // factor or bias of z first, then biases of x and y [m/s^2]
   double rms;             // m/s^2, of the residual
 };
-ThreeFit FitThree(const std::vector<Row>& rows, const Vector9& l, bool factor, int without) {
-  NormalSums<3> sums;
-  for (const Row& row : rows) {
-    if (row.block == without) continue;
-    const double force = row.x.dot(l), y = factor ? row.y : row.y - force;
-    sums.Add({factor ? force : row.of_bias.z(), row.of_bias.x(), row.of_bias.y()}, y);
-  }
+ThreeFit FitThree(const NormalSums<3>& sums) {
   const Eigen::Vector3d value = sums.a.ldlt().solve(sums.b);
   const double rest = std::max(0.0, sums.yy - sums.b.dot(value));
   return {value, std::sqrt(rest / std::max(1.0, sums.n))};
+}
+
+BlocksOf<NormalSums<3>> SumThree(const std::vector<Row>& rows, bool factor) {
+  BlocksOf<NormalSums<3>> blocks;
+  const Vector9 one = RowsOf(Eigen::Matrix3d::Identity());
+  for (const Row& row : rows) {
+    const double force = row.x.dot(one);
+    blocks[row.block].Add({factor ? force : row.of_bias.z(), row.of_bias.x(), row.of_bias.y()},
+                          factor ? row.y : row.y - force);
+  }
+  return blocks;
 }
 
 }  // namespace
@@ -198,20 +195,17 @@ std::optional<ForceFit> FitForce(const BodyForce& force, const std::vector<Bend>
                                  const std::vector<Eigen::Matrix3d>& hints) {
   const std::vector<Row> rows = RowsOfBends(force, bends);
   if (rows.empty()) return std::nullopt;
-  const Blocks blocks(rows);
-  const Normal& all = blocks.all;
+  const BlocksOf<Normal> blocks = NormalOf(rows);
+  const Normal all = Total(blocks);
   ForceFit fit;
   fit.turn = BestTurn(all, hints);
   const Eigen::Matrix3d one = Eigen::Matrix3d::Identity();
   fit.as_read = std::sqrt(ScaledCost(all, one) / all.n);
   fit.residual = std::sqrt(ScaledCost(all, fit.turn) / all.n);
-  std::vector<double> gains;  // in cost, without each block
-  const double gain = ScaledCost(all, one) - ScaledCost(all, fit.turn);
-  for (const Normal& block : blocks.each) {
-    const Normal rest = all - block;
-    gains.push_back(ScaledCost(rest, one) - ScaledCost(rest, fit.turn));
-  }
-  fit.clearly = gain / std::max(1e-9, JackknifeSigma(gains));
+  const auto gain = [&](const Normal& normal) {  // in cost
+    return ScaledCost(normal, one) - ScaledCost(normal, fit.turn);
+  };
+  fit.clearly = gain(all) / std::max(1e-9, JackknifeSigma(blocks, gain));
   return fit;
 }
 
@@ -219,7 +213,7 @@ double ForceResidual(const BodyForce& force, const std::vector<Bend>& bends,
                      const Eigen::Matrix3d& turn) {
   const std::vector<Row> rows = RowsOfBends(force, bends);
   if (rows.empty()) return std::numeric_limits<double>::infinity();
-  const Normal all = Blocks(rows).all;
+  const Normal all = Total(NormalOf(rows));
   return std::sqrt(ScaledCost(all, turn) / all.n);
 }
 
@@ -262,15 +256,11 @@ std::optional<PositionScale> FitPositionScale(const BodyForce& force,
 std::optional<ForceScale> FitForceScale(const BodyForce& force, const std::vector<Bend>& bends) {
   const std::vector<Row> rows = RowsOfBends(force, bends);
   if (rows.empty()) return std::nullopt;
-  const Vector9 one = RowsOf(Eigen::Matrix3d::Identity());
-  std::vector<double> factors;
-  factors.reserve(kBlocks);
-  for (int block = 0; block < kBlocks; ++block) {
-    factors.push_back(FitThree(rows, one, true, block).value[0]);
-  }
-  const ThreeFit factor = FitThree(rows, one, true, -1), bias = FitThree(rows, one, false, -1);
+  const auto factors = SumThree(rows, true);
+  const ThreeFit factor = FitThree(Total(factors)), bias = FitThree(Total(SumThree(rows, false)));
+  const auto factor_of = [](const NormalSums<3>& sums) { return FitThree(sums).value[0]; };
   return ForceScale{factor.value[0],
-                    JackknifeSigma(factors),
+                    JackknifeSigma(factors, factor_of),
                     {bias.value[1], bias.value[2], bias.value[0]},
                     factor.rms,
                     bias.rms};

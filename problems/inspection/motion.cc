@@ -7,6 +7,7 @@
 #include "problems/inspection/clear.h"
 #include "problems/log/attitude_cursor.h"
 #include "problems/log/imu_health.h"
+#include "problems/trajectory/mocap_path.h"
 
 namespace trueline {
 namespace {
@@ -208,6 +209,21 @@ PairsAt AccelerationPairs(const RunningIntegral<3>& force, const std::vector<Ben
     for (const Bend& bend : bends) {
       if (!force.Knows(bend.t - lag - bend.half, bend.t - lag + bend.half)) continue;
       pairs.push_back({bend.t, bend.acceleration, UnderTriangle(force, bend, lag)});
+    }
+    return pairs;
+  };
+}
+
+PairsAt FixPairs(const FlightLog& log) {
+  return [&log](double lag) {
+    const LogClock clock(log);
+    std::vector<VectorPair> pairs;
+    const std::size_t every = std::max<std::size_t>(1, log.fixes.size() / kMostPairs);
+    for (std::size_t i = 0; i < log.fixes.size(); i += every) {
+      const Fix& fix = log.fixes[i];
+      if (const auto p = PositionAt(log.mocap, fix.t - FromSeconds(lag))) {
+        pairs.push_back({clock(fix.t), fix.p_E, *p});
+      }
     }
     return pairs;
   };

@@ -180,4 +180,8 @@ Eigen::Matrix<double, N, 1> UnderTriangle(const RunningIntegral<N>& twice, const
 
 PairsAt AccelerationPairs(const RunningIntegral<3>& force, const std::vector<Bend>& bends);
 
+// At most 1,500 fixes, each beside mocap's position at the same time less the lag; fixes where
+// mocap has a gap are left out. `log` must outlive what is returned.
+PairsAt FixPairs(const FlightLog& log);
+
 }  // namespace trueline

@@ -22,9 +22,6 @@ inline constexpr double kLowestGain = 0.01, kHighestGain = 3.0;
 // rad, by which such a filter may make the IMU seem turned.
 inline constexpr double kTurnByFilter = 20.0 * kDegree;
 
-// 1 - correlation^2, the share of a signal's square that a match leaves.
-inline double RestOf(double correlation) { return 1.0 - correlation * correlation; }
-
 // `attitude` without the tilt of a filter of this gain (1/s). The tilt times gravity follows the
 // acceleration, d(tilt)/dt = gain (a - tilt), and a force that is turned by it reads a - tilt.
 std::vector<AttitudeSample> WithoutFollowing(const FlightLog& log,

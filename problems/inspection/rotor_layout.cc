@@ -95,8 +95,8 @@ class LayoutFit {
     for (double t = 0.5; t < end - 0.5; t += step) times_.push_back(t);
   }
 
-  std::array<LayoutNormal, kBlocks> Blocks(double lag) const {
-    std::array<LayoutNormal, kBlocks> blocks;
+  BlocksOf<LayoutNormal> Blocks(double lag) const {
+    BlocksOf<LayoutNormal> blocks;
     for (std::size_t i = 0; i < times_.size(); ++i) {
       const double t = times_[i], at = t - lag;
       if (!gyro_.Knows(t - kCoarseStep, t + kCoarseStep) ||

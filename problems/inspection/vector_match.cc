@@ -1,11 +1,12 @@
 #include "problems/inspection/vector_match.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <limits>
+#include <utility>
 
 #include "cost_functions/models/rotation.h"
-#include "problems/inspection/motion.h"
 #include "problems/result/statistics.h"
-#include "problems/trajectory/mocap_path.h"
 
 namespace trueline {
 namespace {
@@ -25,6 +26,90 @@ std::vector<Eigen::Matrix3d> MakePermutations() {
     return a.determinant() > b.determinant();
   });
   return all;
+}
+
+using BlocksOfSums = BlocksOf<VectorSums>;
+
+// Zero for fewer than kFewest. `any_turn`: under the best rotation or reflection.
+double Correlation(const VectorSums& sums, bool any_turn = true) {
+  if (!(sums.n >= kFewest) || !(sums.Scale() > 0.0)) return 0.0;
+  const Eigen::Matrix3d h = sums.Cov();
+  const double shared =
+      any_turn ? Eigen::JacobiSVD<Eigen::Matrix3d>(h).singularValues().sum() : h.trace();
+  return shared / sums.Scale();
+}
+
+// Of one block under a given turn; NaN where it has too little.
+double CorrelationUnder(const Eigen::Matrix3d& turn, const VectorSums& block) {
+  if (block.n < kFewestOfPart || !(block.Scale() > 0.0)) return std::nan("");
+  return (turn.transpose() * block.Cov()).trace() / block.Scale();
+}
+
+// The best one under a signed permutation of the axes.
+double PlainCorrelation(const VectorSums& sums) {
+  const Eigen::Matrix3d h = sums.Cov();
+  double best = -1.0;
+  for (const Eigen::Matrix3d& m : SignedPermutations()) {
+    best = std::max(best, m.cwiseProduct(h).sum() / sums.Scale());
+  }
+  return best;
+}
+
+struct TurnFit {
+  Eigen::Matrix3d best;      // of either handedness
+  Eigen::Matrix3d mirrored;  // the best one that is no rotation
+  Eigen::Matrix3d rotation;  // the best one that is a rotation
+  double third;  // signed gain in correlation by the best one over a change of handedness
+};
+
+TurnFit FitTurn(const VectorSums& sums) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sums.Cov(),
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d &u = svd.matrixU(), &v = svd.matrixV();
+  TurnFit turn;
+  turn.best = u * v.transpose();
+  const double sign = turn.best.determinant() > 0.0 ? 1.0 : -1.0;
+  turn.rotation = u * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * v.transpose();
+  turn.mirrored = u * Eigen::Vector3d(1.0, 1.0, -sign).asDiagonal() * v.transpose();
+  turn.third = sign * 2.0 * svd.singularValues()[2] / sums.Scale();
+  return turn;
+}
+
+// Of ten equal parts of the time from `from` to `to` (s).
+BlocksOfSums BlockSums(const std::vector<VectorPair>& pairs, double from, double to) {
+  BlocksOfSums blocks;
+  for (const VectorPair& pair : pairs) {
+    const double share = (pair.t - from) / std::max(1e-9, to - from);
+    const int block = std::clamp(static_cast<int>(share * kBlocks), 0, kBlocks - 1);
+    blocks[static_cast<std::size_t>(block)].Add(pair);
+  }
+  return blocks;
+}
+
+// A line through points of time and lag, its sigma by the scatter about it.
+struct LagLine {
+  double slope = 0.0;
+  double sigma = std::numeric_limits<double>::infinity();
+};
+
+// Of fewer than five points no slope is known.
+LagLine FitLagLine(const std::vector<Eigen::Vector2d>& points) {
+  if (points.size() < 5) return {};
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const auto& p : points) mean += p / static_cast<double>(points.size());
+  double tt = 0.0, tl = 0.0, rest = 0.0;
+  for (const auto& p : points) {
+    tt += std::pow(p[0] - mean[0], 2);
+    tl += (p[0] - mean[0]) * (p[1] - mean[1]);
+  }
+  const double slope = tl / tt;
+  for (const auto& p : points) rest += std::pow(p[1] - mean[1] - slope * (p[0] - mean[0]), 2);
+  return {slope, std::sqrt(rest / static_cast<double>(points.size() - 2) / tt)};
+}
+
+// The middle of a block, s from the start of the flight, which lasts `span`.
+double BlockMiddle(std::size_t block, double span) {
+  return (static_cast<double>(block) + 0.5) * span / kBlocks;
 }
 
 // A match by one lag, and what the blocks of the flight show of it.
@@ -98,7 +183,7 @@ struct AtThreeLags {
       c[k] = CorrelationUnder(turn, sums[k][block]);
       if (std::isnan(c[k])) return c[k];
     }
-    if (!(c[1] > 0.5) || !(c[0] - 2.0 * c[1] + c[2] < 0.0)) return std::nan("");
+    if (!(c[1] > kMajority) || !(c[0] - 2.0 * c[1] + c[2] < 0.0)) return std::nan("");
     return ParabolaVertex(c[0], c[1], c[2]);
   }
 };
@@ -141,7 +226,7 @@ void FitTurnAndGain(const BlocksOfSums& blocks, VectorMatch* match) {
   }
   if (thirds.size() < 3) return;
   match->reflection = turn.third / std::max(1e-9, JackknifeSigma(thirds));
-  const bool mirrored = match->reflection < -kShown && turn.third < -0.02;
+  const bool mirrored = match->reflection < -kShown && turn.third < -kClearly;
   match->turn = mirrored ? turn.best : turn.rotation;
   if (!mirrored && match->reflection < kShown) match->mirrored = turn.mirrored;
   match->gain = std::sqrt(total.SeenVar() / total.SureVar());
@@ -251,7 +336,8 @@ struct AtManyLags {
       shared.push_back(std::isnan(here) ? -1.0 : here);
     }
     const auto top = std::max_element(shared.begin(), shared.end());
-    if (top == shared.begin() || top + 1 == shared.end() || !(*top > 0.5)) return std::nan("");
+    if (top == shared.begin() || top + 1 == shared.end() || !(*top > kMajority))
+      return std::nan("");
     return static_cast<double>(top - shared.begin()) - 2.0 * reach +
            ParabolaVertex(*(top - 1), *top, *(top + 1));
   }
@@ -343,8 +429,8 @@ std::optional<VectorMatch> MatchDrifting(const PairsAt& pairs, const SteadyMatch
   match.unshifted = steady.match.unshifted;
   match.or_else = steady.match.or_else;
   if (!(std::abs(match.drift) > kShown * match.drift_sigma)) return std::nullopt;
-  const auto rest = [](const VectorMatch& m) { return 1.0 - m.correlation * m.correlation; };
-  const bool explains = rest(match) < kDriftExplains * rest(steady.match);
+  const bool explains =
+      RestOf(match.correlation) < kDriftExplains * RestOf(steady.match.correlation);
   return explains || Confirms(coarse.alone, match.drift) ? std::optional(match) : std::nullopt;
 }
 
@@ -390,7 +476,7 @@ bool HasOtherScale(const VectorMatch& match) {
 
 bool HasSameScale(const VectorMatch& slow, const VectorMatch& match) {
   return HasOtherScale(slow) &&
-         std::abs(slow.gain - match.gain) <= 0.3 * std::abs(match.gain - 1.0);
+         std::abs(slow.gain - match.gain) <= kLittle * std::abs(match.gain - 1.0);
 }
 
 bool Differs(const VectorMatch& match, const Eigen::Matrix3d& other, double least) {
@@ -425,88 +511,10 @@ Eigen::Matrix3d PlainTurn(const VectorMatch& match, double least) {
   return best != nullptr ? *best : match.turn;
 }
 
-PairsAt FixPairs(const FlightLog& log) {
-  return [&log](double lag) {
-    const LogClock clock(log);
-    std::vector<VectorPair> pairs;
-    const std::size_t every = std::max<std::size_t>(1, log.fixes.size() / kMostPairs);
-    for (std::size_t i = 0; i < log.fixes.size(); i += every) {
-      const Fix& fix = log.fixes[i];
-      if (const auto p = PositionAt(log.mocap, fix.t - FromSeconds(lag))) {
-        pairs.push_back({clock(fix.t), fix.p_E, *p});
-      }
-    }
-    return pairs;
-  };
-}
-
-double Correlation(const VectorSums& sums, bool any_turn) {
-  if (!(sums.n >= kFewest) || !(sums.Scale() > 0.0)) return 0.0;
-  const Eigen::Matrix3d h = sums.Cov();
-  const double shared =
-      any_turn ? Eigen::JacobiSVD<Eigen::Matrix3d>(h).singularValues().sum() : h.trace();
-  return shared / sums.Scale();
-}
-
-double CorrelationUnder(const Eigen::Matrix3d& turn, const VectorSums& block) {
-  if (block.n < kFewestOfPart || !(block.Scale() > 0.0)) return std::nan("");
-  return (turn.transpose() * block.Cov()).trace() / block.Scale();
-}
-
-double PlainCorrelation(const VectorSums& sums) {
-  const Eigen::Matrix3d h = sums.Cov();
-  double best = -1.0;
-  for (const Eigen::Matrix3d& m : SignedPermutations()) {
-    best = std::max(best, m.cwiseProduct(h).sum() / sums.Scale());
-  }
-  return best;
-}
-
-TurnFit FitTurn(const VectorSums& sums) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sums.Cov(),
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d &u = svd.matrixU(), &v = svd.matrixV();
-  TurnFit turn;
-  turn.best = u * v.transpose();
-  const double sign = turn.best.determinant() > 0.0 ? 1.0 : -1.0;
-  turn.rotation = u * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * v.transpose();
-  turn.mirrored = u * Eigen::Vector3d(1.0, 1.0, -sign).asDiagonal() * v.transpose();
-  turn.third = sign * 2.0 * svd.singularValues()[2] / sums.Scale();
-  return turn;
-}
-
-BlocksOfSums BlockSums(const std::vector<VectorPair>& pairs, double from, double to) {
-  BlocksOfSums blocks;
-  for (const VectorPair& pair : pairs) {
-    const double share = (pair.t - from) / std::max(1e-9, to - from);
-    const int block = std::clamp(static_cast<int>(share * kBlocks), 0, kBlocks - 1);
-    blocks[static_cast<std::size_t>(block)].Add(pair);
-  }
-  return blocks;
-}
-
 VectorSums SumOf(const std::vector<VectorPair>& pairs) {
   VectorSums sums;
   for (const VectorPair& pair : pairs) sums.Add(pair);
   return sums;
-}
-
-LagLine FitLagLine(const std::vector<Eigen::Vector2d>& points) {
-  if (points.size() < 5) return {};
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (const auto& p : points) mean += p / static_cast<double>(points.size());
-  double tt = 0.0, tl = 0.0, rest = 0.0;
-  for (const auto& p : points) {
-    tt += std::pow(p[0] - mean[0], 2);
-    tl += (p[0] - mean[0]) * (p[1] - mean[1]);
-  }
-  const double slope = tl / tt;
-  for (const auto& p : points) rest += std::pow(p[1] - mean[1] - slope * (p[0] - mean[0]), 2);
-  return {slope, std::sqrt(rest / static_cast<double>(points.size() - 2) / tt)};
-}
-
-double BlockMiddle(std::size_t block, double span) {
-  return (static_cast<double>(block) + 0.5) * span / kBlocks;
 }
 
 }  // namespace trueline
