@@ -104,12 +104,6 @@ int ChannelRow::IndexOf(const std::string& column, const std::string& where) con
                                   column, channel.Label(), recording_.file(), FieldList(channel)));
 }
 
-double ChannelRow::Number(int index) const {
-  const double value = At(index).Number();
-  if (!std::isfinite(value)) missing_ = index;
-  return value;
-}
-
 TimeNs ChannelRow::Time(int index, int exponent) const {
   TimeNs time = 0;
   if (At(index).Time(exponent, &time)) return time;

@@ -22,7 +22,7 @@ class ChannelRow : public ForeignRow {
 
   int IndexOf(const std::string& column, const std::string& where) const override;
   std::string_view Text(int index) const override { return At(index).Bytes(); }
-  double Number(int index) const override;
+  double Number(int index) const override { return Noted(index, At(index).Number()); }
   TimeNs Time(int index, int exponent) const override;
   TimeNs Stamp() const override { return time_; }
   bool IsUnstamped() const override { return is_unstamped_; }
@@ -41,7 +41,6 @@ class ChannelRow : public ForeignRow {
   TimeNs time_ = 0;
   bool is_unstamped_ = false;
   std::size_t place_ = 0;
-  mutable int missing_ = -1;  // column of the row's last missing value
 };
 
 // The records of a recording, given to the streams that come from its channels.

@@ -127,9 +127,7 @@ std::string ForeignCsv::OtherDelimiter() const {
 
 double ForeignCsv::Number(int index) const {
   double value = std::numeric_limits<double>::quiet_NaN();
-  const bool known = Text(index).empty() || ParseNumber(Text(index), &value);
-  if (!std::isfinite(value)) missing_ = index;
-  if (known) return value;
+  if (Text(index).empty() || ParseNumber(Text(index), &value)) return Noted(index, value);
   const bool comma = Text(index).find(',') != std::string_view::npos;
   Fail(index, fmt::format("'{}' is no number; {}", Text(index),
                           comma ? "state a decimal comma in the map's input: decimal: \",\", or "

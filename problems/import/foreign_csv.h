@@ -1,6 +1,7 @@
 // A CSV file of any origin, row by row.
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -49,6 +50,14 @@ class ForeignRow {
   }
   // The error for a row of `stream` in which Number() found a missing value.
   virtual InputError MissingError(const std::string& stream) const = 0;
+
+ protected:
+  // The value; where it is missing, MissingError() names this column.
+  double Noted(int index, double value) const {
+    if (!std::isfinite(value)) missing_ = index;
+    return value;
+  }
+  mutable int missing_ = -1;  // column of the row's last missing value
 };
 
 class ForeignCsv : public ForeignRow {
@@ -93,7 +102,6 @@ class ForeignCsv : public ForeignRow {
   std::vector<std::string_view> fields_;
   std::size_t width_ = 0;        // fields of the first row
   bool last_is_number_ = false;  // the last field of the row before
-  mutable int missing_ = -1;     // column of the row's last missing value
 };
 
 }  // namespace trueline

@@ -130,8 +130,10 @@ class RowConverter {
   void operator()(const Field& field, double& value) {
     value = Numbers()[0];
     if (field.is_sigma && value < kLeastSigma) {
-      Add(RowFault::kSigma);
-      sigma_ = {source_->numbers.index(), value};
+      Add(RowFault::kSigma, source_->numbers.index(),
+          fmt::format("found {}; a standard deviation must be positive, {} m or more: correct it, "
+                      "give 'sigma: {{constant: ...}}', or set 'skip_missing: true' in the map",
+                      value, kLeastSigma));
     }
     ++source_;
   }
@@ -150,32 +152,18 @@ class RowConverter {
   bool IsOfOthers() const { return fault_ == RowFault::kMissing && !has_any_; }
   // The error for the fault, with its place.
   InputError Error(const std::string& stream) const {
-    switch (fault_) {
-      case RowFault::kBeyond:
-        return row_.ErrorIn(beyond_.column,
-                            fmt::format("found {:.4g} in SI units, which is beyond anything that "
-                                        "flies",
-                                        beyond_.value));
-      case RowFault::kQuaternion:
-        return attitude_->NormError(row_, norm_);
-      case RowFault::kSigma:
-        return row_.ErrorIn(sigma_.column,
-                            fmt::format("found {}; a standard deviation must be positive, {} m or "
-                                        "more: correct it, give 'sigma: {{constant: ...}}', or set "
-                                        "'skip_missing: true' in the map",
-                                        sigma_.value, kLeastSigma));
-      default:
-        return row_.MissingError(stream);
-    }
+    if (fault_ == RowFault::kQuaternion) return attitude_->NormError(row_, norm_);
+    return fault_ == RowFault::kMissing ? row_.MissingError(stream) : row_.ErrorIn(column_, why_);
   }
 
  private:
-  struct Found {
-    int column = -1;
-    double value = 0.0;
-  };
-
-  void Add(RowFault fault) { fault_ = std::max(fault_, fault); }
+  // Of several faults of one kind the last one is told.
+  void Add(RowFault fault, int column = -1, std::string why = "") {
+    if (fault < fault_) return;
+    fault_ = fault;
+    column_ = column;
+    why_ = std::move(why);
+  }
 
   std::optional<Eigen::Quaterniond> Attitude() {
     std::optional<double> bad_norm;
@@ -197,8 +185,9 @@ class RowConverter {
       if (!std::isfinite(values[i])) {
         Add(RowFault::kMissing);
       } else if (std::abs(values[i]) > kLargestNumber) {
-        Add(RowFault::kBeyond);
-        beyond_ = {source_->numbers.index(i), values[i]};
+        Add(RowFault::kBeyond, source_->numbers.index(i),
+            fmt::format("found {:.4g} in SI units, which is beyond anything that flies",
+                        values[i]));
       }
     }
     return values;
@@ -211,7 +200,8 @@ class RowConverter {
   LocalFrame* frame_;
   RowFault fault_ = RowFault::kNone;
   bool has_any_ = false;
-  Found sigma_, beyond_;
+  int column_ = -1;  // of the fault, with its words
+  std::string why_;
   const SourceAttitude* attitude_ = nullptr;  // of the quaternion that can't be
   double norm_ = 1.0;
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -69,43 +70,24 @@ void ReadThreeWide(ByteCursor* cursor, std::uint32_t sizes, std::int32_t* values
   }
 }
 
-void ReadTag2ThreeS32(ByteCursor* cursor, std::int32_t* values) {
-  const std::uint32_t lead = OneByte(cursor);
-  if (lead >> 6 == 0) {
-    for (int i = 0; i < 3; ++i) values[i] = SignExtend(lead >> (4 - 2 * i), 2);
-  } else if (lead >> 6 == 1) {
-    values[0] = SignExtend(lead, 4);
-    const std::uint32_t two = OneByte(cursor);
-    values[1] = SignExtend(two >> 4, 4);
-    values[2] = SignExtend(two, 4);
-  } else if (lead >> 6 == 2) {
-    values[0] = SignExtend(lead, 6);
-    values[1] = SignExtend(OneByte(cursor), 6);
-    values[2] = SignExtend(OneByte(cursor), 6);
-  } else {
-    ReadThreeWide(cursor, lead, values);
-  }
-}
+// How far up in the bits of one, two and three bytes the three numbers lie, and how wide they are.
+struct Packed {
+  std::array<int, 3> shift, width;
+};
+using Packings = std::array<Packed, 3>;
+constexpr Packings kThreeS32 = {
+    {{{4, 2, 0}, {2, 2, 2}}, {{8, 4, 0}, {4, 4, 4}}, {{16, 8, 0}, {6, 6, 6}}}};
+constexpr Packings kThreeVariable = {
+    {{{4, 2, 0}, {2, 2, 2}}, {{9, 4, 0}, {5, 5, 4}}, {{14, 7, 0}, {8, 7, 7}}}};
 
-// 2 + 2 + 2, 5 + 5 + 4 or 8 + 7 + 7 bits, high bit first.
-void ReadTag2ThreeVariable(ByteCursor* cursor, std::int32_t* values) {
-  const std::uint32_t lead = OneByte(cursor);
-  if (lead >> 6 == 0) {
-    for (int i = 0; i < 3; ++i) values[i] = SignExtend(lead >> (4 - 2 * i), 2);
-  } else if (lead >> 6 == 1) {
-    const std::uint32_t bits = lead << 8 | OneByte(cursor);
-    values[0] = SignExtend(bits >> 9, 5);
-    values[1] = SignExtend(bits >> 4, 5);
-    values[2] = SignExtend(bits, 4);
-  } else if (lead >> 6 == 2) {
-    std::uint32_t bits = lead << 8 | OneByte(cursor);
-    bits = bits << 8 | OneByte(cursor);
-    values[0] = SignExtend(bits >> 14, 8);
-    values[1] = SignExtend(bits >> 7, 7);
-    values[2] = SignExtend(bits, 7);
-  } else {
-    ReadThreeWide(cursor, lead, values);
-  }
+// The two highest bits are the number of further bytes; three: each number has bytes of its own.
+void ReadTag2Three(ByteCursor* cursor, const Packings& packings, std::int32_t* values) {
+  std::uint32_t bits = OneByte(cursor);
+  const std::uint32_t more = bits >> 6;
+  if (more == packings.size()) return ReadThreeWide(cursor, bits, values);
+  for (std::uint32_t k = 0; k < more; ++k) bits = bits << 8 | OneByte(cursor);
+  const auto& [shift, width] = packings[more];
+  for (std::size_t i = 0; i < 3; ++i) values[i] = SignExtend(bits >> shift[i], width[i]);
 }
 
 // Four numbers of 0, 4, 8 or 16 bits, packed in nibbles, high ones first.
@@ -150,13 +132,13 @@ std::size_t ReadGroup(const std::vector<BlackboxField>& fields, std::size_t i, B
       return count;
     }
     case 7:
-      ReadTag2ThreeS32(cursor, values);
+      ReadTag2Three(cursor, kThreeS32, values);
       return 3;
     case 8:
       ReadTag8FourS16(cursor, values);
       return 4;
     case 10:
-      ReadTag2ThreeVariable(cursor, values);
+      ReadTag2Three(cursor, kThreeVariable, values);
       return 3;
     default:
       values[0] = 0;
