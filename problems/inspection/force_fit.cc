@@ -33,7 +33,7 @@ struct Row {
 
 Vector9 RowsOf(const Eigen::Matrix3d& m) {
   Vector9 l;
-  for (int k = 0; k < 3; ++k) l.segment<3>(3 * k) = m.row(k).transpose();
+  for (Eigen::Index k = 0; k < 3; ++k) l.segment<3>(3 * k) = m.row(k).transpose();
   return l;
 }
 
