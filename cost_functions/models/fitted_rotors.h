@@ -76,8 +76,8 @@ class FittedRotors {
   double gravity() const { return model_.base().gravity(); }
 
   // Specific force [m/s^2] and angular acceleration [rad/s^2]. `c`: the model's constants, then the
-  // sizes; `v`: of the centre
-  // of mass through the air [m/s]; `w`: body rate [rad/s]; all in body axes.
+  // sizes; `v`: of the centre of mass through the air [m/s]; `w`: body rate [rad/s]; all in body
+  // axes.
   template <class T>
   Model::BodyAcceleration<T> At(const T* c, const Vec3<T>& v, const Vec3<T>& w,
                                 const RotorInput& rotors) const {

@@ -50,7 +50,11 @@ struct VectorSums {
   double Scale() const { return std::sqrt(SeenVar() * SureVar()); }
 };
 
-VectorSums SumOf(const std::vector<VectorPair>& pairs);
+inline VectorSums SumOf(const std::vector<VectorPair>& pairs) {
+  VectorSums sums;
+  for (const VectorPair& pair : pairs) sums.Add(pair);
+  return sums;
+}
 
 // Sums of least squares y = X b, row by row; parts of the rows can be taken out again.
 
@@ -112,7 +116,13 @@ Sums Total(const BlocksOf<Sums>& blocks) {
 }
 
 // One standard deviation of a statistic by its values without each of the blocks.
-double JackknifeSigma(const std::vector<double>& without);
+inline double JackknifeSigma(const std::vector<double>& without) {
+  double mean = 0.0, sum = 0.0;
+  for (const double value : without) mean += value / static_cast<double>(without.size());
+  for (const double value : without) sum += (value - mean) * (value - mean);
+  return std::sqrt(sum * static_cast<double>(without.size() - 1) /
+                   static_cast<double>(without.size()));
+}
 template <class Sums, class Statistic>
 double JackknifeSigma(const BlocksOf<Sums>& blocks, const Statistic& of) {
   const Sums total = Total(blocks);

@@ -445,14 +445,6 @@ std::optional<VectorMatch> MatchVectors(const PairsAt& pairs, const LagSearch& s
   return steady->match;
 }
 
-double JackknifeSigma(const std::vector<double>& values) {
-  double mean = 0.0, sum = 0.0;
-  for (const double value : values) mean += value / static_cast<double>(values.size());
-  for (const double value : values) sum += (value - mean) * (value - mean);
-  return std::sqrt(sum * static_cast<double>(values.size() - 1) /
-                   static_cast<double>(values.size()));
-}
-
 Eigen::Vector3d TurnBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   Eigen::Matrix3d turn = a * b.transpose();
   if (turn.determinant() < 0.0) turn = -turn;
@@ -509,12 +501,6 @@ Eigen::Matrix3d PlainTurn(const VectorMatch& match, double least) {
     }
   }
   return best != nullptr ? *best : match.turn;
-}
-
-VectorSums SumOf(const std::vector<VectorPair>& pairs) {
-  VectorSums sums;
-  for (const VectorPair& pair : pairs) sums.Add(pair);
-  return sums;
 }
 
 }  // namespace trueline
