@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "apps/main/flags.h"
-#include "problems/against/read_flights.h"
+#include "problems/against/comparison.h"
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/result_folder.h"

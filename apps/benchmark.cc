@@ -8,7 +8,6 @@
 #include "problems/common/error.h"
 #include "problems/common/result_folder.h"
 #include "problems/experiment/write_benchmark.h"
-#include "problems/experiment/write_rotor_experiment.h"
 #include "problems/prediction/multi_step_experiment.h"
 #include "problems/prediction/prediction_experiment.h"
 #include "problems/prediction/wrench_experiment.h"

@@ -14,7 +14,6 @@
 #include "problems/inspection/first_look.h"
 #include "problems/inspection/settle_proposal.h"
 #include "problems/log/native_log.h"
-#include "problems/log/stream_table.h"
 
 DEFINE_string(in, "", "the log, or several with commas between, in the map's order");
 DEFINE_string(map, "", "YAML column map; config/import has one for each known source");

@@ -1,10 +1,11 @@
 // trueline-design: flights that show chosen parameters as well as the limits allow.
+#include "problems/observability/design.h"
+
 #include "apps/main/flags.h"
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
 #include "problems/common/result_folder.h"
-#include "problems/observability/run_design.h"
 #include "problems/result/render.h"
 
 DEFINE_string(config, "", "YAML with vehicle, limits and the states to show, as in config/design/");

@@ -9,8 +9,7 @@
 #include <span>
 
 #include "apps/main/flags.h"
-#include "problems/against/read_flights.h"
-#include "problems/against/write_comparison.h"
+#include "problems/against/comparison.h"
 #include "problems/calibration/calibration_config.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/common/app.h"

@@ -14,7 +14,6 @@
 #include "problems/common/result_folder.h"
 #include "problems/inspection/first_look.h"
 #include "problems/observability/gramian_ranking.h"
-#include "problems/observability/observe_config.h"
 #include "problems/result/render.h"
 
 DEFINE_string(config, "", "YAML with a system and cases, as in config/observe/");

@@ -14,9 +14,8 @@
 #include "problems/common/units.h"
 #include "problems/experiment/overlay.h"
 #include "problems/log/native_log.h"
+#include "problems/simulation/config.h"
 #include "problems/simulation/simulate_rotor_flight.h"
-#include "problems/simulation/truth_file.h"
-#include "problems/simulation/variant.h"
 
 DEFINE_string(config, "", "Course, vehicle, sensors and effects (YAML), as in config/simulate/");
 DEFINE_string(out, "", "Directory for the native log; DIR.truth.yaml is written beside it");

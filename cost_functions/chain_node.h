@@ -1,8 +1,8 @@
 // The unknowns of one segment of a chain, at its start.
 #pragma once
 
-#include "cost_functions/models/gust.h"
 #include "cost_functions/models/imu_driven_model.h"
+#include "cost_functions/models/process_noise.h"
 
 namespace trueline {
 

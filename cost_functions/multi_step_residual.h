@@ -1,7 +1,7 @@
 // Errors of a predicted window against the flight, at a few horizons: height [m], velocity [m/s],
 // attitude (rotation vector [rad]) and rate [rad/s], each divided by its scale. The horizontal
 // position is left out: it would pull the vehicle's numbers to hide what the logged velocity gets
-// wrong (fused_velocity.h).
+// wrong (room_path.h).
 #pragma once
 
 #include "cost_functions/models/window_prediction.h"

@@ -10,7 +10,6 @@
 
 #include "cost_functions/models/imu_driven_model.h"
 #include "cost_functions/models/term_force.h"
-#include "cost_functions/numbers/for_scalars.h"
 
 namespace trueline {
 

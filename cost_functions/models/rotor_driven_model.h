@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "cost_functions/models/rigid_body.h"
-#include "cost_functions/models/rotor.h"
 
 namespace trueline {
 

@@ -19,7 +19,6 @@
 #include "cost_functions/models/rigid_body.h"
 #include "cost_functions/models/rotor_constants.h"
 #include "cost_functions/models/term_force.h"
-#include "cost_functions/numbers/for_scalars.h"
 
 namespace trueline {
 

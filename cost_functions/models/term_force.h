@@ -5,12 +5,34 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
+#include <tuple>
 #include <vector>
 
 #include "cost_functions/models/rotation.h"
 
 namespace trueline {
+
+// A function of a template's scalar that is chosen at run time: a generic lambda, kept once for
+// each scalar of a list. In<T> is the argument, Out<T> the result.
+template <template <class> class In, template <class> class Out, class... Scalars>
+class ForScalars {
+ public:
+  template <class Function>
+  explicit ForScalars(const Function& function) : by_scalar_{Of<Scalars>(function)...} {}
+
+  template <class T>
+  Out<T> operator()(const In<T>& in) const {
+    return std::get<Of<T>>(by_scalar_)(in);
+  }
+
+ private:
+  template <class T>
+  using Of = std::function<Out<T>(const In<T>&)>;
+
+  std::tuple<Of<Scalars>...> by_scalar_;
+};
 
 // Specific force [m/s^2], angular acceleration [rad/s^2], logged attitude [rad], fix [m]; what a
 // sensor reads, of which no model can hold a term: specific force [m/s^2], turn rate [rad/s].

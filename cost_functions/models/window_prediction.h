@@ -1,15 +1,13 @@
 // Half a second of flight predicted from one state and the rotor speeds that follow: the
 // rotor-driven model (fitted_rotors.h), the processes of a stabilised attitude
-// (stabilised_process.h), and the errors of the state that is given (fused_velocity.h,
-// fast_velocity.h).
+// (stabilised_process.h), and the errors of the state that is given (room_path.h).
 #pragma once
 
 #include <array>
 #include <vector>
 
-#include "cost_functions/models/fast_velocity.h"
 #include "cost_functions/models/fitted_rotors.h"
-#include "cost_functions/models/fused_velocity.h"
+#include "cost_functions/models/room_path.h"
 #include "cost_functions/models/stabilised_process.h"
 
 namespace trueline {
@@ -185,7 +183,7 @@ void WindowPrediction::Move(const T* c, const PredictionWindow& window,
   const double gravity = rotors_.gravity();
   Vec3<T> p = Constant<T>(window.p), v = Constant<T>(window.v), w = Constant<T>(window.w);
   Vec4<T> q(T(window.q[0]), T(window.q[1]), T(window.q[2]), T(window.q[3]));
-  // The drag of the velocity's slow part is not in the logged tilt (fast_velocity.h).
+  // The drag of the velocity's slow part is not in the logged tilt (room_path.h).
   const auto acceleration = [&](const Vec4<T>& at, const Vec3<T>& force, const T& drag,
                                 const Vec3<T>& slow) {
     Vec3<T> a = RotateByUnit(at, force);

@@ -1,11 +1,10 @@
-#include "problems/against/command_response.h"
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "problems/against/command_trim.h"
+#include "problems/against/comparison.h"
+#include "problems/against/references.h"
 
 namespace trueline {
 namespace {

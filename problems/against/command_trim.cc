@@ -1,5 +1,3 @@
-#include "problems/against/command_trim.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,8 +6,9 @@
 #include <numbers>
 #include <numeric>
 
+#include "problems/against/references.h"
 #include "problems/common/error.h"
-#include "problems/log/attitude_cursor.h"
+#include "problems/log/samples.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {

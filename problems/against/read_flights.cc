@@ -1,10 +1,9 @@
-#include "problems/against/read_flights.h"
-
 #include <glob.h>
 
 #include <algorithm>
 #include <filesystem>
 
+#include "problems/against/comparison.h"
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/log/native_log.h"

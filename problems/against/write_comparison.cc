@@ -1,11 +1,10 @@
-#include "problems/against/write_comparison.h"
-
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 #include <fmt/ranges.h>
 
 #include <cmath>
 
+#include "problems/against/comparison.h"
 #include "problems/common/atomic_file.h"
 #include "problems/result/statistics.h"
 #include "problems/result/yaml_text.h"

@@ -13,7 +13,6 @@
 #include "problems/common/error.h"
 #include "problems/common/strict_yaml.h"
 #include "problems/effects/declaration.h"
-#include "problems/effects/read_effects.h"
 
 namespace trueline {
 namespace {

@@ -3,7 +3,7 @@
 #include <fmt/ranges.h>
 
 #include "problems/common/error.h"
-#include "problems/ekf/ekf_run.h"
+#include "problems/ekf/ekf.h"
 #include "problems/vgd/learn_process.h"
 #include "problems/vgd/vgd.h"
 #include "problems/vgd/vgd_kinematic.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/ekf/ekf_options.h"
+#include "problems/ekf/ekf.h"
 #include "problems/result/estimate.h"
 #include "problems/smoother/smoother.h"
 #include "problems/smoother/whole_flight.h"

@@ -13,7 +13,6 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/effects/declaration.h"
-#include "problems/effects/read_effects.h"
 #include "problems/log/csv_text.h"
 #include "problems/result/yaml_text.h"
 

@@ -8,7 +8,6 @@
 #include "problems/diagnosis/thresholds.h"
 #include "problems/result/statistics.h"
 #include "problems/vgd/attitude_errors.h"
-#include "problems/vgd/smooth_attitude.h"
 
 namespace trueline {
 

@@ -8,7 +8,7 @@
 #include "problems/diagnosis/false_gate.h"
 #include "problems/diagnosis/score_test.h"
 #include "problems/diagnosis/thresholds.h"
-#include "problems/log/fixes.h"
+#include "problems/log/samples.h"
 #include "problems/vgd/term_series.h"
 
 namespace trueline {

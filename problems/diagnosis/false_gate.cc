@@ -7,7 +7,7 @@
 
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/thresholds.h"
-#include "problems/log/fixes.h"
+#include "problems/log/samples.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {

@@ -9,7 +9,7 @@
 #include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/misfit.h"
-#include "problems/log/fixes.h"
+#include "problems/log/samples.h"
 #include "problems/result/statistics.h"
 #include "problems/result/yaml_text.h"
 #include "problems/trajectory/mocap_path.h"

@@ -8,7 +8,7 @@
 #include "cost_functions/models/rotation.h"
 #include "problems/diagnosis/thresholds.h"
 #include "problems/log/imu_health.h"
-#include "problems/log/samples_between.h"
+#include "problems/log/samples.h"
 #include "problems/result/statistics.h"
 #include "problems/trajectory/mocap_path.h"
 

@@ -10,7 +10,7 @@
 
 #include "problems/diagnosis/linearisation.h"
 #include "problems/effects/declaration.h"
-#include "problems/effects/term.h"
+#include "problems/effects/effect.h"
 
 namespace trueline {
 

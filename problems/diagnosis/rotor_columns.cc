@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "problems/chain/bounded_step.h"
+#include "problems/chain/damped_gauss_newton.h"
 #include "problems/diagnosis/rotor_flight.h"
 
 namespace trueline {

@@ -9,7 +9,7 @@
 #include "problems/common/atomic_file.h"
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/witness.h"
-#include "problems/effects/read_effects.h"
+#include "problems/effects/declaration.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

@@ -4,7 +4,7 @@
 
 #include "cost_functions/models/rotation.h"
 #include "problems/effects/declaration.h"
-#include "problems/vgd/smooth_attitude.h"
+#include "problems/vgd/attitude_errors.h"
 
 namespace trueline {
 namespace {

@@ -9,10 +9,48 @@
 #include <vector>
 
 #include "cost_functions/models/force_effects.h"
-#include "problems/effects/term.h"
+#include "cost_functions/models/term_force.h"
 #include "problems/log/flight_log.h"
 
 namespace trueline {
+
+// Terms of the open catalogue as data: what a term changes, along which axis, and what it goes
+// with. Each has a name in words, and symbols for model.yaml: `where: force_x`, `with: q*v_x`.
+
+// A product of factors in symbols ("abs(v_x)*T(9.81)"), words and unit.
+std::string SymbolsOf(const std::vector<TermFactor>& factors);
+std::string WordsOf(const std::vector<TermFactor>& factors);
+std::string UnitOf(const std::vector<TermFactor>& factors);
+// How long the formula is: the factors in it.
+int LengthOf(const std::vector<TermFactor>& factors);
+// True for a part of the course.
+bool IsLocal(const std::vector<TermFactor>& factors);
+
+struct TermForm {
+  TermOn on = TermOn::kForce;
+  int axis = 0;  // 0 to 2: x, y, z of B; 3, 4, 5: north, east, down; 6: to the gate
+  std::vector<TermFactor> with = {};
+
+  std::string Where() const;   // force_x, ..., attitude_roll, fix_north
+  std::string Name() const;    // "force along x_B with pitch rate"
+  std::string Enters() const;  // force | moment | attitude | fix
+  std::string Along() const;   // x_B, ..., north, ...
+  std::string Unit() const;    // of its size: "m/s^2 for each rad/s"
+  // "a force along x_B of 1.5 +- 0.2 m/s^2 for each rad/s of pitch rate"
+  std::string Text(double size, double sigma) const;
+  // A force that goes with the vehicle mostly turns with it, too.
+  int Length() const { return 2 * LengthOf(with) + (axis < 3 ? 0 : 1); }
+
+  SizedTerm Sized(double size) const { return {on, axis, with, size}; }
+  // One unit of it, in body axes. Factors that need a series must have one.
+  Eigen::Vector3d At(const TermState<double>& state) const { return Sized(1.0).InBody(state); }
+};
+
+// The form of these symbols. Throws TermError, which says what is known.
+struct TermError {
+  std::string key, text;
+};
+TermForm ParseTerm(const std::string& where, const std::string& with);
 
 struct Effect {
   std::string id;

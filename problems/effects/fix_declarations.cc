@@ -3,7 +3,7 @@
 
 #include "cost_functions/models/rotation.h"
 #include "problems/effects/declaration.h"
-#include "problems/log/fixes.h"
+#include "problems/log/samples.h"
 
 namespace trueline {
 namespace {

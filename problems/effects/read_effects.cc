@@ -1,11 +1,10 @@
-#include "problems/effects/read_effects.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "problems/effects/declaration.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

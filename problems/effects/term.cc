@@ -1,5 +1,3 @@
-#include "problems/effects/term.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -7,6 +5,8 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+
+#include "problems/effects/effect.h"
 
 namespace trueline {
 namespace {

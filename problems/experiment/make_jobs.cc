@@ -8,7 +8,7 @@
 #include "problems/experiment/job.h"
 #include "problems/import/import_map.h"
 #include "problems/result/yaml_text.h"
-#include "problems/simulation/variant.h"
+#include "problems/simulation/config.h"
 
 namespace trueline {
 namespace {

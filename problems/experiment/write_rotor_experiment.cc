@@ -1,5 +1,3 @@
-#include "problems/experiment/write_rotor_experiment.h"
-
 #include <fmt/ostream.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
+#include "problems/experiment/write_benchmark.h"
 #include "problems/result/statistics.h"
 #include "problems/result/yaml_text.h"
 #include "problems/trajectory/trajectory_config.h"

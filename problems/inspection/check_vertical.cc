@@ -11,7 +11,7 @@
 #include "problems/inspection/force_fit.h"
 #include "problems/inspection/heading.h"
 #include "problems/inspection/position_witness.h"
-#include "problems/log/attitude_cursor.h"
+#include "problems/log/samples.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {

@@ -14,7 +14,7 @@
 #include "problems/inspection/examination.h"
 #include "problems/inspection/position_witness.h"
 #include "problems/inspection/vector_match.h"
-#include "problems/log/fixes.h"
+#include "problems/log/samples.h"
 #include "problems/result/statistics.h"
 #include "problems/trajectory/mocap_path.h"
 

@@ -5,8 +5,8 @@
 
 #include "cost_functions/models/rotation.h"
 #include "problems/inspection/clear.h"
-#include "problems/log/attitude_cursor.h"
 #include "problems/log/imu_health.h"
+#include "problems/log/samples.h"
 #include "problems/trajectory/mocap_path.h"
 
 namespace trueline {

@@ -8,8 +8,7 @@
 
 #include "problems/inspection/clear.h"
 #include "problems/inspection/force_fit.h"
-#include "problems/log/attitude_cursor.h"
-#include "problems/log/fixes.h"
+#include "problems/log/samples.h"
 
 namespace trueline {
 

@@ -4,7 +4,7 @@
 
 #include "problems/import/shared_stamps.h"
 #include "problems/inspection/examination.h"
-#include "problems/log/attitude_cursor.h"
+#include "problems/log/samples.h"
 
 namespace trueline {
 namespace {

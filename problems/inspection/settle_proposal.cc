@@ -14,9 +14,9 @@
 #include "problems/inspection/excerpt.h"
 #include "problems/inspection/motion.h"
 #include "problems/inspection/position_witness.h"
-#include "problems/log/attitude_cursor.h"
 #include "problems/log/imu_health.h"
 #include "problems/log/native_log.h"
+#include "problems/log/samples.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

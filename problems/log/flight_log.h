@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "cost_functions/models/rotor.h"
+#include "cost_functions/models/rigid_body.h"
 #include "problems/common/units.h"
 
 namespace trueline {

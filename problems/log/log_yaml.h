@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "cost_functions/models/rotor.h"
+#include "cost_functions/models/rigid_body.h"
 #include "problems/common/strict_yaml.h"
 #include "problems/log/flight_log.h"
 

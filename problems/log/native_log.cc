@@ -1,5 +1,7 @@
 #include "problems/log/native_log.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -329,6 +331,23 @@ NativeFolder::NativeFolder(const FlightLog& log, bool wanted) : path_(log.direct
 NativeFolder::~NativeFolder() {
   std::error_code gone_already;
   if (!copy_.empty()) fs::remove_all(copy_, gone_already);
+}
+
+std::string StreamTable(const FlightLog& log) {
+  std::string table = fmt::format("{:<10}{:>9}{:>12}{:>18}{:>18}{:>11}\n", "stream", "samples",
+                                  "rate [Hz]", "from [s]", "to [s]", "span [s]");
+  ForEachStream(log, [&](const Stream& stream, const auto& samples) {
+    if (samples.empty()) return;
+    const TimeNs from = samples.front().t, to = samples.back().t;
+    table +=
+        fmt::format("{:<10}{:>9}{:>12.2f}{:>18.3f}{:>18.3f}{:>11.3f}", stream.name, samples.size(),
+                    MeanRate(samples), ToSeconds(from), ToSeconds(to), SecondsBetween(from, to));
+    const auto channel = log.source.find(stream.name);
+    if (channel != log.source.end()) table += "  " + channel->second;
+    table += "\n";
+  });
+  if (!log.gates.empty()) table += fmt::format("{} gates\n", log.gates.size());
+  return table;
 }
 
 }  // namespace trueline

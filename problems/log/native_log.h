@@ -62,4 +62,10 @@ class NativeFolder {
   std::filesystem::path path_, copy_;
 };
 
+// The streams of a log as a table for people.
+
+// One line for each stream that is there: samples, mean rate (Hz), first and last stamp (s), and
+// the channel of the foreign log, where one is known.
+std::string StreamTable(const FlightLog& log);
+
 }  // namespace trueline

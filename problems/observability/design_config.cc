@@ -1,5 +1,3 @@
-#include "problems/observability/design_config.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 
 #include "problems/calibration/considered.h"
 #include "problems/common/yaml_archive.h"
+#include "problems/observability/design.h"
 #include "problems/observability/rotor_driven_system.h"
 #include "problems/simulation/simulate_rotor_flight.h"
 #include "problems/trajectory/trajectory_config.h"

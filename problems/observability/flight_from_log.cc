@@ -6,7 +6,6 @@
 
 #include "problems/common/error.h"
 #include "problems/observability/imu_driven_system.h"
-#include "problems/observability/smoothed_path.h"
 #include "problems/vgd/drive_track.h"
 
 namespace trueline {

@@ -1,11 +1,10 @@
-#include "problems/observability/generic_rank.h"
-
 #include <cmath>
 
 #include "cost_functions/models/rigid_body.h"
 #include "problems/common/error.h"
 #include "problems/common/random.h"
 #include "problems/observability/lie_derivatives.h"
+#include "problems/observability/observe.h"
 
 namespace trueline {
 namespace {

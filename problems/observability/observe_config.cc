@@ -1,15 +1,14 @@
-#include "problems/observability/observe_config.h"
-
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "problems/common/error.h"
-#include "problems/log/fixes.h"
 #include "problems/log/log_yaml.h"
+#include "problems/log/samples.h"
 #include "problems/observability/flight_from_log.h"
 #include "problems/observability/gramian_ranking.h"
+#include "problems/observability/observe.h"
 #include "problems/observability/rotor_driven_system.h"
 #include "problems/trajectory/rotor_flight.h"
 #include "problems/trajectory/trajectory_config.h"

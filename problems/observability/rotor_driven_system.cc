@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "problems/log/fixes.h"
+#include "problems/log/samples.h"
 
 namespace trueline {
 namespace {

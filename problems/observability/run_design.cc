@@ -1,5 +1,3 @@
-#include "problems/observability/run_design.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -13,6 +11,7 @@
 #include "problems/common/units.h"
 #include "problems/observability/assessment.h"
 #include "problems/observability/bound_design.h"
+#include "problems/observability/design.h"
 #include "problems/observability/variational_gramian.h"
 #include "problems/result/statistics.h"
 #include "problems/result/yaml_text.h"

@@ -1,11 +1,10 @@
-#include "problems/observability/smoothed_path.h"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "cost_functions/models/imu_driven_model.h"
-#include "problems/log/attitude_cursor.h"
+#include "problems/log/samples.h"
+#include "problems/observability/flight_from_log.h"
 
 namespace trueline {
 namespace {

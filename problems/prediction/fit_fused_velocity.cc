@@ -1,11 +1,9 @@
-#include "problems/prediction/fit_fused_velocity.h"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "problems/common/parallel.h"
-#include "problems/prediction/number_fit.h"
+#include "problems/prediction/fit_prediction.h"
 
 namespace trueline {
 namespace {

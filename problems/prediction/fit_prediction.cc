@@ -1,9 +1,6 @@
 #include "problems/prediction/fit_prediction.h"
 
 #include "problems/common/parallel.h"
-#include "problems/prediction/fit_fused_velocity.h"
-#include "problems/prediction/fit_processes.h"
-#include "problems/prediction/number_fit.h"
 #include "problems/prediction/tube.h"
 
 namespace trueline {

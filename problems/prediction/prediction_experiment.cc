@@ -8,7 +8,7 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/yaml_archive.h"
-#include "problems/effects/read_effects.h"
+#include "problems/effects/declaration.h"
 #include "problems/prediction/prediction_run.h"
 #include "problems/result/yaml_text.h"
 

@@ -17,7 +17,7 @@
 #include <deque>
 #include <vector>
 
-#include "problems/prediction/fit_processes.h"
+#include "problems/prediction/fit_prediction.h"
 #include "problems/prediction/multi_step_score.h"
 
 namespace trueline {

@@ -10,7 +10,7 @@
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
 #include "problems/common/yaml_archive.h"
-#include "problems/prediction/number_fit.h"
+#include "problems/prediction/fit_prediction.h"
 #include "problems/prediction/prediction_run.h"
 
 namespace trueline {

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "cost_functions/models/rigid_body.h"
-#include "problems/chain/bounded_step.h"
 #include "problems/chain/damped_gauss_newton.h"
 #include "problems/common/parallel.h"
 #include "problems/common/random.h"

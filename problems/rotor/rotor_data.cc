@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "problems/common/error.h"
-#include "problems/rotor/smooth_speeds.h"
 
 namespace trueline {
 namespace {

@@ -2,6 +2,7 @@
 // (or positions) at which nodes are placed.
 #pragma once
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <optional>
 #include <string>
@@ -11,9 +12,41 @@
 #include "cost_functions/pose_residual.h"
 #include "problems/log/flight_log.h"
 #include "problems/rotor/rotor_state.h"
-#include "problems/rotor/smooth_speeds.h"
 
 namespace trueline {
+
+// Measured rotor speeds have noise: an ESC counts commutations, and a log rounds. A model that
+// takes them for exact finds too large an inertia, since the noise scatters the moments that are
+// compared with the body's acceleration (errors in variables). The mean of a speed given all its
+// samples has an error that does not correlate with it; a fit to it is unbiased (regression
+// calibration, Carroll et al., Measurement Error in Nonlinear Models, 2006, ch. 4), as far as the
+// speeds move as assumed. Speeds change fast in manoeuvres and slowly between them, so a bias is
+// left, which WithoutSpeedNoiseBias removes.
+
+// A speed that walks at random, as does its rate, and its measurement with white noise.
+struct SpeedWalk {
+  double noise;  // (rad/s)^2, variance of a sample
+  double speed;  // (rad/s)^2/s
+  double rate;   // (rad/s^2)^2/s
+};
+
+// How speeds move. Rotors move together: thrust changes all speeds, a moment only their
+// differences, which are smaller. So each principal component of the changes has its own walk. All
+// have the same noise.
+struct SpeedModel {
+  double sigma = 0.0;            // rad/s, noise of a sample; 0: the speeds are exact
+  Eigen::MatrixXd components;    // orthonormal columns, by rotor
+  std::vector<SpeedWalk> walks;  // of each component
+};
+
+// The model of the greatest likelihood, given the speeds (rad/s, by time, then rotor) at times `t`
+// (s). Noise below a thousandth of the speeds counts as none.
+SpeedModel LearnSpeedModel(const std::vector<double>& t, const Eigen::MatrixXd& speeds);
+
+// Means of the speeds given all samples. The means of what is left are added `again` times
+// (twicing, Tukey, Exploratory Data Analysis, 1977): more of fast changes is kept, and more noise.
+Eigen::MatrixXd SmoothSpeeds(const std::vector<double>& t, const Eigen::MatrixXd& speeds,
+                             const SpeedModel& model, int again = 0);
 
 // Which stream gives the rotor speeds: measured speeds, or commands to the motors.
 enum class RotorSource { kRotors, kMotors };
@@ -87,7 +120,7 @@ struct RotorDataOptions {
   double gyro_delay = 0.0;   // s, age of a gyroscope's reading at its stamp, as a filter makes it
   double motor_lag = 0.0;    // s, of the rotors behind what rotors.csv states; 0: it is measured
   RotorSource rotors = RotorSource::kRotors;
-  bool smooth_rotors = true;         // rotors.csv has noise, which is learned (smooth_speeds.h)
+  bool smooth_rotors = true;         // rotors.csv has noise, which is learned (SpeedModel)
   std::optional<SpeedModel> speeds;  // what was learned before, from the same start on
   bool weigh_speed_noise = true;     // what is left of it acts as forces and moments (rotor_step.h)
   std::optional<MotorCurve> motors;  // where kMotors; motor_lag then adds to motors_at's

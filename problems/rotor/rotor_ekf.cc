@@ -6,7 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "problems/chain/small_product.h"
 #include "problems/common/error.h"
 #include "problems/result/statistics.h"
 #include "problems/rotor/rotor_data.h"

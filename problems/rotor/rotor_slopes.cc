@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "cost_functions/models/rotation.h"
-#include "problems/chain/small_product.h"
 #include "problems/rotor/rotor_step.h"
 
 namespace trueline {

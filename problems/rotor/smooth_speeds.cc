@@ -1,11 +1,10 @@
-#include "problems/rotor/smooth_speeds.h"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
 
 #include "problems/common/parallel.h"
+#include "problems/rotor/rotor_data.h"
 
 namespace trueline {
 namespace {

@@ -10,7 +10,6 @@
 #include "problems/simulation/course.h"
 #include "problems/simulation/effects.h"
 #include "problems/simulation/forces.h"
-#include "problems/simulation/variant.h"
 
 namespace trueline {
 namespace simulation {

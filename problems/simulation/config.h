@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -12,8 +13,10 @@
 #include "problems/common/yaml_archive.h"
 #include "problems/effects/effect.h"
 #include "problems/log/flight_log.h"
+#include "problems/simulation/effects.h"
 
 namespace trueline {
+
 namespace simulation {
 
 using Eigen::Vector3d;
@@ -177,7 +180,7 @@ struct UnnamedForce {
   double radius = 0.0;                              // m; 0: everywhere
 };
 
-// Uniform range from which DrawVariant draws a parameter (variant.h).
+// Uniform range from which DrawVariant draws a parameter.
 struct Range {
   double low, high;
 };
@@ -220,5 +223,24 @@ struct SimulationConfig {
 // Throws InputError with file, line and key for unknown or missing keys, units out of range,
 // unknown effects and courses that can't be flown. Calls map.Finish().
 SimulationConfig ReadSimulationConfig(const YamlMap& map);
+
+// Variants of a configuration for Monte-Carlo: true parameters drawn from the ranges of its
+// `randomise:` section.
+
+// The configuration with each parameter of `randomise` drawn uniformly from its range. Each draw
+// depends on the seed and the parameter's name only. Throws InputError for a parameter that acts on
+// nothing in this flight, or for a drawn value that means nothing.
+SimulationConfig DrawVariant(const SimulationConfig& config, std::uint64_t seed);
+
+// What the configured flight has for effects to act on.
+simulation::Actors ActorsOf(const SimulationConfig& config);
+
+// Replaces the configuration's vehicle by that of a model.yaml (trueline-calibrate,
+// trueline-diagnose): drag, thrust bias, misalignment, and its effects.
+SimulationConfig WithModel(const SimulationConfig& config, const YamlMap& model);
+
+// The parameters that `randomise` accepts, with their values: K_x, b_az, phi_I_B, ... and
+// `effect.parameter` for the configured effects.
+std::map<std::string, double> TunableValues(const SimulationConfig& config);
 
 }  // namespace trueline

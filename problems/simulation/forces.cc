@@ -7,7 +7,7 @@
 #include <memory>
 #include <numbers>
 
-#include "problems/effects/read_effects.h"
+#include "problems/effects/declaration.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline::simulation {

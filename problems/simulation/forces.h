@@ -1,5 +1,5 @@
 // The entries of `forces:` that the simulator flies. Terms of the open catalogue have the names of
-// model.yaml (problems/effects/term.h) and the simulator's own physics. Forces that no effect of
+// model.yaml (problems/effects/effect.h) and the simulator's own physics. Forces that no effect of
 // the catalogue states, for tests of the diagnosis, go with how the vehicle moves, or act at a
 // place.
 //

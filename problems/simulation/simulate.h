@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <string>
 
 #include "problems/log/flight_log.h"
 #include "problems/simulation/config.h"
 #include "problems/simulation/flight.h"
+#include "problems/simulation/simulate_rotor_flight.h"
 
 namespace trueline {
 
@@ -36,5 +39,19 @@ using SimulationProgress = std::function<void(double)>;
 // null. Throws InputError if the drone departs from the course.
 FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed,
                    SimulationTruth* truth = nullptr, const SimulationProgress& progress = {});
+
+// The truth file beside a simulated log, for scoring.
+
+// YAML: the parameters of eq. 16 with value, unit and whether they are constant over the flight,
+// the AHRS's error, the effects and forces, statistics of the flight, seed, version, configuration.
+std::string TruthYaml(const SimulationTruth& truth, const std::string& config_file);
+
+// The true constants of a rotor-driven flight with units, drag and lag, effects and forces, seed,
+// version, configuration.
+std::string TruthYaml(const RotorTruth& truth, const RotorSimulation& simulation,
+                      std::uint64_t seed, const std::string& config_file);
+
+// DIR.truth.yaml beside the log's directory, never inside it.
+std::filesystem::path TruthPath(const std::filesystem::path& log_directory);
 
 }  // namespace trueline

@@ -1,14 +1,13 @@
-#include "problems/simulation/truth_file.h"
-
 #include <algorithm>
 #include <map>
 
 #include "cost_functions/models/imu_driven_model.h"
 #include "problems/common/app.h"
-#include "problems/effects/read_effects.h"
+#include "problems/effects/declaration.h"
 #include "problems/result/yaml_text.h"
+#include "problems/simulation/config.h"
 #include "problems/simulation/forces.h"
-#include "problems/simulation/variant.h"
+#include "problems/simulation/simulate.h"
 
 namespace trueline {
 namespace {

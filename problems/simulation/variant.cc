@@ -1,10 +1,9 @@
-#include "problems/simulation/variant.h"
-
 #include <fmt/format.h>
 
 #include "cost_functions/models/imu_driven_model.h"
 #include "problems/common/error.h"
 #include "problems/common/random.h"
+#include "problems/simulation/config.h"
 #include "problems/simulation/forces.h"
 
 namespace trueline {

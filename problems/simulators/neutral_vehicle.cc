@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "problems/common/error.h"
-#include "problems/effects/read_effects.h"
+#include "problems/effects/declaration.h"
 #include "problems/log/log_yaml.h"
 #include "problems/rotor/rotor_step.h"
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "cost_functions/fix_step_residual.h"
+#include "cost_functions/fix_residual.h"
 #include "problems/vgd/passes.h"
 #include "problems/vgd/segment_chain.h"
 

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "problems/common/error.h"
-#include "problems/log/attitude_cursor.h"
 #include "problems/log/imu_health.h"
+#include "problems/log/samples.h"
 #include "problems/result/statistics.h"
 #include "problems/vgd/term_series.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "problems/common/error.h"
-#include "problems/log/samples_between.h"
+#include "problems/log/samples.h"
 
 namespace trueline {
 

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "problems/log/fixes.h"
 #include "problems/log/imu_health.h"
+#include "problems/log/samples.h"
 #include "problems/result/statistics.h"
 #include "problems/trajectory/mocap_path.h"
 #include "problems/vgd/rough_path.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/log/samples_between.h"
+#include "problems/log/samples.h"
 
 namespace trueline {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "cost_functions/chain_node.h"
 #include "cost_functions/continuity_residual.h"
-#include "cost_functions/models/gust.h"
+#include "cost_functions/models/process_noise.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/motion_chain.h"
 #include "problems/vgd/vgd_options.h"

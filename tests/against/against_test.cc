@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "problems/against/comparison.h"
-#include "problems/against/write_comparison.h"
 #include "problems/common/random.h"
 #include "problems/result/statistics.h"
 #include "tests/common/test_files.h"

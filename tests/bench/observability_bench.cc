@@ -5,7 +5,7 @@
 
 #include "problems/observability/design_score.h"
 #include "problems/observability/e2log.h"
-#include "problems/observability/generic_rank.h"
+#include "problems/observability/observe.h"
 #include "problems/observability/variational_gramian.h"
 #include "tests/observability/empirical_gramian.h"
 #include "tests/observability/test_vehicle.h"

@@ -5,7 +5,6 @@
 #include <Eigen/Cholesky>
 #include <limits>
 
-#include "problems/chain/bounded_step.h"
 #include "problems/chain/damped_gauss_newton.h"
 #include "problems/common/random.h"
 

@@ -10,7 +10,7 @@
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/rules.h"
 #include "problems/diagnosis/write_diagnosis.h"
-#include "problems/effects/read_effects.h"
+#include "problems/effects/declaration.h"
 #include "tests/diagnosis/expect_cause.h"
 #include "tests/simulation/short_flight.h"
 

@@ -12,7 +12,7 @@
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/rotor_flight.h"
 #include "problems/diagnosis/write_diagnosis.h"
-#include "problems/log/fixes.h"
+#include "problems/log/samples.h"
 #include "tests/common/test_files.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 #include "tests/simulation/short_flight.h"

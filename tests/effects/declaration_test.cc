@@ -7,7 +7,6 @@
 #include <set>
 
 #include "problems/common/error.h"
-#include "problems/effects/read_effects.h"
 #include "problems/simulation/effects.h"
 
 namespace trueline {

@@ -1,11 +1,10 @@
 // Terms of the open catalogue: symbols, words and units, and what the models compute of them.
-#include "problems/effects/term.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "problems/effects/declaration.h"
 #include "problems/effects/effect.h"
-#include "problems/effects/read_effects.h"
 #include "problems/simulation/forces.h"
 #include "problems/vgd/term_series.h"
 #include "tests/common/test_files.h"

@@ -1,10 +1,9 @@
 // The filter over whole flights: results by pass, gaps, options.
-#include "problems/ekf/ekf_run.h"
-
 #include <gtest/gtest.h>
 
 #include "problems/calibration/estimators.h"
 #include "problems/common/error.h"
+#include "problems/ekf/ekf.h"
 #include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
 #include "problems/vgd/drive_track.h"

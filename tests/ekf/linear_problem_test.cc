@@ -4,7 +4,7 @@
 
 #include "cost_functions/models/kinematic_model.h"
 #include "problems/common/random.h"
-#include "problems/ekf/ekf_run.h"
+#include "problems/ekf/ekf.h"
 #include "problems/log/flight_log.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd_kinematic.h"

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "problems/common/error.h"
-#include "problems/experiment/write_rotor_experiment.h"
+#include "problems/experiment/write_benchmark.h"
 #include "problems/result/render.h"
 #include "problems/trajectory/trajectory_config.h"
 #include "tests/common/bands.h"

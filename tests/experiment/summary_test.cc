@@ -5,9 +5,9 @@
 
 #include "problems/common/random.h"
 #include "problems/experiment/accuracy.h"
-#include "problems/experiment/benchmark_summary.h"
+#include "problems/experiment/write_benchmark.h"
+#include "problems/simulation/config.h"
 #include "problems/simulation/simulate.h"
-#include "problems/simulation/variant.h"
 #include "problems/vgd/vgd.h"
 #include "tests/simulation/short_flight.h"
 

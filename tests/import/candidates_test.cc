@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include "problems/log/stream_table.h"
+#include "problems/log/native_log.h"
 #include "tests/import/import_files.h"
 #include "tests/import/mcap_writer.h"
 

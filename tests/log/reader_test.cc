@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "problems/log/csv_text.h"
-#include "problems/log/stream_table.h"
+#include "problems/log/native_log.h"
 #include "problems/log/units.h"
 #include "tests/log/log_files.h"
 

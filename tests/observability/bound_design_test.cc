@@ -9,9 +9,8 @@
 #include <utility>
 
 #include "problems/observability/assessment.h"
+#include "problems/observability/design.h"
 #include "problems/observability/design_score.h"
-#include "problems/observability/evolve.h"
-#include "problems/observability/run_design.h"
 #include "problems/observability/variable.h"
 #include "problems/simulation/simulate_rotor_flight.h"
 #include "tests/observability/test_vehicle.h"

@@ -1,5 +1,3 @@
-#include "problems/observability/design_config.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,7 +5,7 @@
 #include <fstream>
 
 #include "problems/common/error.h"
-#include "problems/observability/run_design.h"
+#include "problems/observability/design.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {

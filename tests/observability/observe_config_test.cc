@@ -1,4 +1,3 @@
-#include "problems/observability/observe_config.h"
 
 #include <gmock/gmock.h>
 

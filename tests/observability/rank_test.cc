@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "problems/observability/generic_rank.h"
 #include "problems/observability/lie_derivatives.h"
+#include "problems/observability/observe.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {

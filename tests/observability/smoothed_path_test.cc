@@ -1,12 +1,11 @@
 // Velocities from noisy positions in bursts, attitude and accelerometer.
-#include "problems/observability/smoothed_path.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "problems/common/random.h"
-#include "problems/observability/observe_config.h"
+#include "problems/observability/flight_from_log.h"
+#include "problems/observability/observe.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {

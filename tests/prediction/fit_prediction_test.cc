@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "problems/prediction/fit_processes.h"
 #include "problems/prediction/multi_step_score.h"
 #include "tests/prediction/made_run.h"
 

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "problems/prediction/fit_fused_velocity.h"
+#include "problems/prediction/fit_prediction.h"
 
 namespace trueline {
 namespace {

@@ -31,7 +31,7 @@ TEST(WindowPrediction, AHeadingFarFromZeroIsNotHeld) {
 }
 
 // A vehicle that swings along x. Its filter knows no drag: the logged pitch lacks what the drag of
-// the velocity's slow part takes (fast_velocity.h).
+// the velocity's slow part takes (room_path.h).
 struct BlindFlight {
   static constexpr double kSwing = 1.5, kSize = 0.6, kStart = 0.3;  // rad/s, m; phase
   std::vector<double> numbers = testing_prediction::SmallNumbers();

@@ -9,7 +9,6 @@
 #include "problems/common/error.h"
 #include "problems/common/random.h"
 #include "problems/rotor/rotor_batch.h"
-#include "problems/rotor/smooth_speeds.h"
 #include "problems/simulation/simulate_rotor_flight.h"
 #include "tests/common/test_files.h"
 #include "tests/rotor/rotor_flight_fixture.h"

@@ -10,8 +10,8 @@
 
 #include "problems/common/random.h"
 #include "problems/effects/declaration.h"
-#include "problems/effects/term.h"
-#include "problems/rotor/segment_weight.h"
+#include "problems/effects/effect.h"
+#include "problems/rotor/rotor_segment.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {

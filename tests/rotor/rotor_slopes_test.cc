@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "problems/effects/declaration.h"
-#include "problems/effects/term.h"
+#include "problems/effects/effect.h"
 #include "problems/rotor/rotor_step.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 

@@ -1,9 +1,10 @@
 // Configurations: those that ship run, those that are wrong are refused with file, line and remedy.
+#include "problems/simulation/config.h"
+
 #include <gmock/gmock.h>
 
 #include "problems/common/error.h"
-#include "problems/simulation/truth_file.h"
-#include "problems/simulation/variant.h"
+#include "problems/simulation/simulate.h"
 #include "tests/common/test_files.h"
 #include "tests/simulation/short_flight.h"
 

@@ -8,7 +8,7 @@
 #include "problems/common/error.h"
 #include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_step.h"
-#include "problems/simulation/truth_file.h"
+#include "problems/simulation/simulate.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {

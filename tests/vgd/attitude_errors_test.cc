@@ -7,9 +7,8 @@
 #include "problems/common/random.h"
 #include "problems/common/units.h"
 #include "problems/effects/effect.h"
-#include "problems/log/attitude_cursor.h"
+#include "problems/log/samples.h"
 #include "problems/vgd/rough_path.h"
-#include "problems/vgd/smooth_attitude.h"
 #include "tests/simulation/short_flight.h"
 #include "tests/vgd/tilt_noise.h"
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "cost_functions/fix_step_residual.h"
+#include "cost_functions/fix_residual.h"
 #include "problems/common/error.h"
 #include "problems/vgd/passes.h"
 #include "tests/common/arcs.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "problems/common/random.h"
-#include "problems/simulation/variant.h"
+#include "problems/simulation/config.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd.h"
 #include "tests/simulation/short_flight.h"

@@ -1,8 +1,7 @@
 // Gusts as unknowns: effect on the path, derivatives, and gain.
-#include "cost_functions/models/gust.h"
-
 #include <gtest/gtest.h>
 
+#include "cost_functions/models/process_noise.h"
 #include "problems/calibration/calibration.h"
 #include "problems/vgd/drag_errors.h"
 #include "problems/vgd/flight_data.h"

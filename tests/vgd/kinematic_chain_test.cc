@@ -1,5 +1,4 @@
 // Preintegrated blocks against stepping the model through every IMU sample.
-#include "problems/vgd/kinematic_chain.h"
 
 #include <gtest/gtest.h>
 

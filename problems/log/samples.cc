@@ -1,8 +1,23 @@
-#include "problems/log/attitude_cursor.h"
+#include "problems/log/samples.h"
+
+#include <algorithm>
+#include <utility>
 
 #include "cost_functions/models/rotation.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
+
+double MedianSigma(const std::vector<Fix>& fixes) {
+  std::vector<double> sigmas;
+  for (const Fix& fix : fixes) sigmas.push_back(fix.sigma);
+  return Quantile(std::move(sigmas), 0.5);
+}
+
+const Gate* GateOf(const FlightLog& log, int id) {
+  const auto gate = std::ranges::find(log.gates, id, &Gate::id);
+  return gate == log.gates.end() ? nullptr : &*gate;
+}
 
 bool AttitudeCursor::At(TimeNs t, double max_gap, Eigen::Quaterniond* q) {
   while (i_ + 1 < samples_.size() && samples_[i_ + 1].t <= t) ++i_;
