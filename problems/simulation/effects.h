@@ -1,6 +1,5 @@
-// Effects that the estimators' models lack, each declared once in a catalogue: effects.cc for those
-// that an IMU-driven model sees, rotor_effects.cc for those that a rotor-driven one sees. An effect
-// registers functions on stages of the simulation; stages without effects cost nothing.
+// Effects that the estimators' models lack, each declared once in the catalogue of effects.cc. An
+// effect registers functions on stages of the simulation; stages without effects cost nothing.
 #pragma once
 
 #include <functional>
@@ -102,11 +101,6 @@ struct EffectDefinition {
   std::function<void(const EffectValues&, double gravity, Stages*)> add;
 };
 
-const std::vector<EffectDefinition>& ImuDrivenEffects();
-const std::vector<EffectDefinition>& RotorDrivenEffects();
-
-// Ids of both catalogues.
-std::vector<std::string> EffectIds();
 // Null for an unknown id.
 const EffectDefinition* FindEffect(const std::string& id);
 
