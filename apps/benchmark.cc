@@ -61,9 +61,15 @@ trueline::FileLock LockJobs(const std::filesystem::path& folder) {
                              "its end, or give another --out");
 }
 
+void Publish(const std::string& verb, bool report, const std::string& table,
+             const std::string& brief, trueline::ResultFolder* out) {
+  trueline::Publish(verb, report, FLAGS_quiet, trueline::OneScreen(table, brief, FLAGS_verbose),
+                    out);
+}
+
 // Warns of flights without a result and publishes the others.
 int Finish(const trueline::ExperimentRun& run, const std::string& verb, const std::string& table,
-           trueline::ResultFolder* out) {
+           const std::string& brief, trueline::ResultFolder* out) {
   for (const trueline::JobOutcome& outcome : run.outcomes) {
     if (HasResult(outcome)) continue;
     trueline::Warn(fmt::format("no result for {}, seed {}: {}", outcome.job.log, outcome.job.seed,
@@ -71,7 +77,7 @@ int Finish(const trueline::ExperimentRun& run, const std::string& verb, const st
                    FLAGS_quiet);
   }
   const bool any = std::any_of(run.outcomes.begin(), run.outcomes.end(), HasResult);
-  trueline::Publish(verb, FLAGS_report && (any || verb == "benchmark"), FLAGS_quiet, table, out);
+  Publish(verb, FLAGS_report && (any || verb == "benchmark"), table, brief, out);
   return any ? trueline::kExitDone : trueline::kExitNoResult;
 }
 
@@ -85,10 +91,8 @@ int RunRotors(const std::filesystem::path& jobs_folder) {
   const trueline::ExperimentRun run =
       trueline::RunJobs(jobs, jobs_folder, FLAGS_threads, FLAGS_quiet);
   trueline::WriteRotorExperiment(experiment, run, out.path());
-  return Finish(run, "rotor_experiment",
-                trueline::OneScreen(trueline::RotorExperimentTable(experiment, run),
-                                    trueline::RotorExperimentBrief(experiment, run), FLAGS_verbose),
-                &out);
+  return Finish(run, "rotor_experiment", trueline::RotorExperimentTable(experiment, run),
+                trueline::RotorExperimentBrief(experiment, run), &out);
 }
 
 int RunMultiStep() {
@@ -101,10 +105,8 @@ int RunMultiStep() {
       experiment, FLAGS_data, FLAGS_test, FLAGS_threads, FLAGS_quiet);
   trueline::WriteMultiStep(experiment, result, out.path());
   trueline::WritePredictions(experiment, result, FLAGS_threads, out.path());
-  trueline::Publish("multi_step", FLAGS_report, FLAGS_quiet,
-                    trueline::OneScreen(trueline::MultiStepTable(experiment, result),
-                                        trueline::MultiStepBrief(result), FLAGS_verbose),
-                    &out);
+  Publish("multi_step", FLAGS_report, trueline::MultiStepTable(experiment, result),
+          trueline::MultiStepBrief(result), &out);
   return trueline::kExitDone;
 }
 
@@ -120,10 +122,8 @@ int RunWrench() {
   const trueline::WrenchResult result =
       trueline::RunWrenchExperiment(experiment, FLAGS_data, FLAGS_threads, FLAGS_quiet);
   trueline::WriteWrench(experiment, result, out.path());
-  trueline::Publish("wrench", FLAGS_report, FLAGS_quiet,
-                    trueline::OneScreen(trueline::WrenchTable(experiment, result),
-                                        trueline::WrenchBrief(result), FLAGS_verbose),
-                    &out);
+  Publish("wrench", FLAGS_report, trueline::WrenchTable(experiment, result),
+          trueline::WrenchBrief(result), &out);
   return trueline::kExitDone;
 }
 
@@ -148,10 +148,8 @@ int Run() {
   const trueline::ExperimentRun run =
       trueline::RunJobs(trueline::MakeJobs(experiment), jobs_folder, FLAGS_threads, FLAGS_quiet);
   trueline::WriteBenchmark(experiment, run, FLAGS_threads, FLAGS_times, out.path());
-  return Finish(run, "benchmark",
-                trueline::OneScreen(trueline::BenchmarkTable(experiment, run),
-                                    trueline::BenchmarkBrief(run), FLAGS_verbose),
-                &out);
+  return Finish(run, "benchmark", trueline::BenchmarkTable(experiment, run),
+                trueline::BenchmarkBrief(run), &out);
 }
 
 }  // namespace

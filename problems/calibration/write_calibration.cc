@@ -236,12 +236,6 @@ YAML::Node CalibrationNode(const Calibration& calibration, const YAML::Node& pro
   return node;
 }
 
-std::string MeaningOf(const std::string& name) {
-  if (name == "fix_latency") return "delay of the fixes";
-  const auto* info = std::ranges::find(kTheta, name, &ParameterInfo::name);
-  return info != std::end(kTheta) ? info->meaning : "";
-}
-
 std::string ParameterTable(const std::vector<ParameterEstimate>& parameters) {
   std::string table;
   for (const ParameterEstimate& p : parameters) {
@@ -249,7 +243,7 @@ std::string ParameterTable(const std::vector<ParameterEstimate>& parameters) {
     table += fmt::format(
         "  {:<12}{:>10.4f} +- {:<8.4f} {:<6}{:>22}  {:<13} {}\n", p.name, p.value, p.sigma, p.unit,
         angle ? fmt::format("({:.2f} +- {:.2f} deg)", p.value / kDegree, p.sigma / kDegree) : "",
-        p.status, MeaningOf(p.name));
+        p.status, p.name == "fix_latency" ? "delay of the fixes" : MeaningOf(p.name));
   }
   return table;
 }

@@ -49,16 +49,23 @@ SegmentStart<double, kOrder> StartOf(const NominalFlight& flight, const SegmentT
   return start;
 }
 
+// Appends equal parts of at most `longest`.
+void Split(int piece, double start, double end, double longest,
+           std::vector<SegmentTimes>* segments) {
+  const double length = end - start;
+  const int parts = std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9)));
+  for (int i = 0; i < parts; ++i) {
+    segments->push_back({piece, start + i * length / parts, length / parts});
+  }
+}
+
 std::vector<SegmentTimes> SegmentsOf(const RotorFlight& flight, double longest) {
   return SplitIntoSegments(flight.path(), longest);
 }
 
 std::vector<SegmentTimes> SegmentsOf(const NominalFlight& flight, double longest) {
-  const double length = flight.end - flight.start;
-  const int parts = std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9)));
-  std::vector<SegmentTimes> segments(parts);
-  for (int i = 0; i < parts; ++i)
-    segments[i] = {0, flight.start + i * length / parts, length / parts};
+  std::vector<SegmentTimes> segments;
+  Split(0, flight.start, flight.end, longest, &segments);
   return segments;
 }
 
@@ -105,11 +112,7 @@ Square AddSegments(const RotorDrivenSystem& system, const Flight& flight,
 std::vector<SegmentTimes> SplitIntoSegments(const PiecewisePolynomial& path, double longest) {
   std::vector<SegmentTimes> segments;
   for (int piece = 0; piece < path.num_pieces(); ++piece) {
-    const double length = path.breaks()[piece + 1] - path.breaks()[piece];
-    const int parts = std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9)));
-    for (int i = 0; i < parts; ++i) {
-      segments.push_back({piece, path.breaks()[piece] + i * length / parts, length / parts});
-    }
+    Split(piece, path.breaks()[piece], path.breaks()[piece + 1], longest, &segments);
   }
   return segments;
 }

@@ -166,52 +166,37 @@ class ConfigRun {
   double horizon_;
 };
 
-// What is asked about a log's rotor-driven flight.
-struct RotorLogQuestion {
-  RotorVehicle vehicle;
-  SensorSet sensors;
-  FlightLimits limits;  // of advice
-  FlightQuestion question;
-  std::string warning;
-};
-
-RotorLogQuestion AskAboutLog(const FlightLog& log) {
-  std::string warning;
-  const RotorVehicle vehicle = VehicleFromLog(log, &warning);
-  return {vehicle, SensorsOf(log), {}, {}, warning};
-}
-
 // The configuration's values take the place of the log's. Its keys `system`, `cases` and `e2log`
 // are of other runs of the program.
-RotorLogQuestion AskAboutLog(const FlightLog& log, const YamlMap& config) {
-  config.GetChoice("system", {"rotor_driven"}, "rotor_driven");
-  for (const char* other : {"cases", "e2log"}) config.RawNode(other);
-  const double gravity = config.Get<double>("gravity", log.gravity);
-  RotorLogQuestion asked{ReadRotorVehicle(config.Child("vehicle"), gravity),
-                         SensorsOf(log),
-                         ReadLimits(config.ChildOrEmpty("limits")),
-                         {},
-                         {}};
-  FromYaml(config.ChildOrEmpty("sensors"), &asked.sensors);
-  ReadTimes(config, &asked.question);
-  config.Finish();
-  return asked;
-}
-
 CaseResult AskRotorLog(const FlightLog& log, const std::optional<YamlMap>& config) {
-  RotorLogQuestion asked = config ? AskAboutLog(log, *config) : AskAboutLog(log);
-  asked.sensors.pose = !log.pose.empty() || !log.mocap.empty();
-  asked.sensors.position = !asked.sensors.pose && !log.fixes.empty();
-  const RotorDrivenSystem system(asked.vehicle.model, asked.sensors);
-  const NominalFlight flight = RotorFlightFromLog(log, asked.vehicle);
-  FlightQuestion& question = asked.question;
+  FlightQuestion question;
+  SensorSet sensors = SensorsOf(log);
+  FlightLimits limits;  // of advice
+  std::string warning;
+  std::optional<RotorVehicle> vehicle;
+  if (config) {
+    config->GetChoice("system", {"rotor_driven"}, "rotor_driven");
+    for (const char* other : {"cases", "e2log"}) config->RawNode(other);
+    const double gravity = config->Get<double>("gravity", log.gravity);
+    vehicle = ReadRotorVehicle(config->Child("vehicle"), gravity);
+    limits = ReadLimits(config->ChildOrEmpty("limits"));
+    FromYaml(config->ChildOrEmpty("sensors"), &sensors);
+    ReadTimes(*config, &question);
+    config->Finish();
+  } else {
+    vehicle = VehicleFromLog(log, &warning);
+  }
+  sensors.pose = !log.pose.empty() || !log.mocap.empty();
+  sensors.position = !sensors.pose && !log.fixes.empty();
+  const RotorDrivenSystem system(vehicle->model, sensors);
+  const NominalFlight flight = RotorFlightFromLog(log, *vehicle);
   question.name = "rotor_driven";
   question.flight = log.name;
   question.states = system.PaperStates();
   CaseResult result = ObserveFlight(system, flight, question);
-  if (!asked.warning.empty()) result.warnings.push_back(asked.warning);
+  if (!warning.empty()) result.warnings.push_back(warning);
   try {
-    AdviseRotorFlight(system, asked.vehicle, flight, question, asked.limits, &result);
+    AdviseRotorFlight(system, *vehicle, flight, question, limits, &result);
   } catch (const InputError& error) {
     result.warnings.push_back(fmt::format("no advice: {}", error.what()));
   }

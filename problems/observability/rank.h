@@ -41,20 +41,14 @@ inline void AddStates(const std::vector<int>& more, std::vector<int>* states) {
   }
 }
 
-// The same as FindState of a state that does not move; -1 for others.
-inline int FindConstant(const std::vector<StateInfo>& states, const std::string& name) {
-  const int state = FindState(states, name);
-  return state >= 0 && states[state].moving ? -1 : state;
-}
-
 // The states of constants of the rotor-driven model, each once. Calls fail(text) for another name.
 template <class Fail>
 std::vector<int> ConstantsNamed(const std::vector<StateInfo>& states,
                                 const std::vector<std::string>& names, const Fail& fail) {
   std::vector<int> found;
   for (const std::string& name : names) {
-    const int state = FindConstant(states, name);
-    if (state < 0) {
+    const int state = FindState(states, name);
+    if (state < 0 || states[state].moving) {
       fail("'" + name +
            "' is no constant of the rotor-driven model; use m, I_x ..., r_BM_x ..., r_BP_x ..., "
            "r_BI_x ..., b_a_x ..., b_w_x ..., k_f, k_m");
