@@ -36,7 +36,42 @@ class RoomPath {
   // `v0`: at the start, `v`: at the ends of the steps [m/s], of both axes.
   template <class T>
   Axes<T> Expect(const std::array<double, 2>& v0,
-                 const std::array<std::array<T, kSteps>, 2>& v) const;
+                 const std::array<std::array<T, kSteps>, 2>& v) const {
+    using std::exp;
+    using std::log;
+    constexpr double kTemper = 0.5, kFreedom = 20.0;  // of the size's prior
+    std::array<std::array<T, kSeen>, 2> seen;
+    for (int a = 0; a < 2; ++a) {
+      seen[a][0] = T(v0[a]);
+      for (int k = 1; k < kSeen; ++k) seen[a][k] = v[a][kObserved[k - 1] - 1] - T(v0[a]);
+    }
+    const auto share = [&](const Expert& expert) {
+      T square(kFreedom);
+      for (const auto& y : seen) {
+        for (int i = 0; i < kSeen; ++i) {
+          for (int k = 0; k < kSeen; ++k) square += T(expert.precision(i, k)) * y[i] * y[k];
+        }
+      }
+      return T(
+          exp(T(-kTemper) * (T(expert.log_determinant) + T(0.5 * kFreedom + kSeen) * log(square))));
+    };
+    std::array<T, kLengths> shares;
+    T sum(0.0);
+    for (int e = 0; e < kLengths; ++e) sum += shares[e] = share(experts_[e]);
+    for (T& s : shares) s /= sum;
+    Axes<T> all;
+    for (int a = 0; a < 2; ++a) {
+      for (int row = 0; row < kRows; ++row) {
+        T& mean = all[a][row] = T(0.0);
+        for (int e = 0; e < kLengths; ++e) {
+          T expected(0.0);
+          for (int k = 0; k < kSeen; ++k) expected += T(experts_[e].gain(row, k)) * seen[a][k];
+          mean += shares[e] * expected;
+        }
+      }
+    }
+    return all;
+  }
 
  private:
   static constexpr int kLengths = 5;                                     // 0.25 to 4 s
@@ -48,84 +83,39 @@ class RoomPath {
     double log_determinant = 0.0;
   };
   static Expert MakeExpert(const std::function<std::complex<double>(double)>& seen,
-                           const std::function<Rows(double)>& wanted, double length);
+                           const std::function<Rows(double)>& wanted, double length) {
+    constexpr int kFrequencies = 400;
+    constexpr double kRoom = 0.6;                       // A, m
+    constexpr double kNoise = 0.02, kModelError = 0.1;  // m/s of v; m/s^2 of what a model predicts
+    Eigen::MatrixXcd given(kSeen, kFrequencies), rows(kRows, kFrequencies);
+    Eigen::VectorXd place(kFrequencies), squares(kFrequencies);  // powers of the position; w^2
+    for (int i = 0; i < kFrequencies; ++i) {
+      const double w = (i + 0.5) * 6.0 / length / kFrequencies;
+      given(0, i) = seen(w);
+      for (int k = 1; k < kSeen; ++k) {
+        given(k, i) = given(0, i) * (std::polar(1.0, w * kObserved[k - 1] * kPathStep) - 1.0);
+      }
+      rows.col(i) = wanted(w);
+      place[i] = std::exp(-0.5 * std::pow(w * length, 2));
+      squares[i] = w * w;
+    }
+    const Eigen::VectorXd power = kRoom * kRoom / place.sum() * place.cwiseProduct(squares);
+    const Eigen::MatrixXcd weighted = power.asDiagonal() * given.adjoint();
+    Eigen::Matrix<double, kSeen, kSeen> cov = (given * weighted).real();
+    cov(0, 0) += kNoise * kNoise;
+    for (int k = 1; k < kSeen; ++k) {
+      cov(k, k) += std::pow(kNoise + kModelError * kObserved[k - 1] * kPathStep, 2);
+    }
+    const Eigen::LLT<Eigen::Matrix<double, kSeen, kSeen>> llt(cov);
+    Expert expert;
+    expert.precision = llt.solve(Eigen::Matrix<double, kSeen, kSeen>::Identity());
+    expert.gain = (rows * weighted).real() * expert.precision;
+    expert.log_determinant = 2.0 * llt.matrixLLT().diagonal().array().log().sum();
+    return expert;
+  }
 
   std::array<Expert, kLengths> experts_;
 };
-
-template <int kRows>
-auto RoomPath<kRows>::MakeExpert(const std::function<std::complex<double>(double)>& seen,
-                                 const std::function<Rows(double)>& wanted, double length)
-    -> Expert {
-  constexpr int kFrequencies = 400;
-  constexpr double kRoom = 0.6;                       // A, m
-  constexpr double kNoise = 0.02, kModelError = 0.1;  // m/s of v; m/s^2 of what a model predicts
-  Eigen::MatrixXcd given(kSeen, kFrequencies), rows(kRows, kFrequencies);
-  Eigen::VectorXd place(kFrequencies), squares(kFrequencies);  // powers of the position; w^2
-  for (int i = 0; i < kFrequencies; ++i) {
-    const double w = (i + 0.5) * 6.0 / length / kFrequencies;
-    given(0, i) = seen(w);
-    for (int k = 1; k < kSeen; ++k) {
-      given(k, i) = given(0, i) * (std::polar(1.0, w * kObserved[k - 1] * kPathStep) - 1.0);
-    }
-    rows.col(i) = wanted(w);
-    place[i] = std::exp(-0.5 * std::pow(w * length, 2));
-    squares[i] = w * w;
-  }
-  const Eigen::VectorXd power = kRoom * kRoom / place.sum() * place.cwiseProduct(squares);
-  const Eigen::MatrixXcd weighted = power.asDiagonal() * given.adjoint();
-  Eigen::Matrix<double, kSeen, kSeen> cov = (given * weighted).real();
-  cov(0, 0) += kNoise * kNoise;
-  for (int k = 1; k < kSeen; ++k) {
-    cov(k, k) += std::pow(kNoise + kModelError * kObserved[k - 1] * kPathStep, 2);
-  }
-  const Eigen::LLT<Eigen::Matrix<double, kSeen, kSeen>> llt(cov);
-  Expert expert;
-  expert.precision = llt.solve(Eigen::Matrix<double, kSeen, kSeen>::Identity());
-  expert.gain = (rows * weighted).real() * expert.precision;
-  expert.log_determinant = 2.0 * llt.matrixLLT().diagonal().array().log().sum();
-  return expert;
-}
-
-template <int kRows>
-template <class T>
-auto RoomPath<kRows>::Expect(const std::array<double, 2>& v0,
-                             const std::array<std::array<T, kSteps>, 2>& v) const -> Axes<T> {
-  using std::exp;
-  using std::log;
-  constexpr double kTemper = 0.5, kFreedom = 20.0;  // of the size's prior
-  std::array<std::array<T, kSeen>, 2> seen;
-  for (int a = 0; a < 2; ++a) {
-    seen[a][0] = T(v0[a]);
-    for (int k = 1; k < kSeen; ++k) seen[a][k] = v[a][kObserved[k - 1] - 1] - T(v0[a]);
-  }
-  const auto share = [&](const Expert& expert) {
-    T square(kFreedom);
-    for (const auto& y : seen) {
-      for (int i = 0; i < kSeen; ++i) {
-        for (int k = 0; k < kSeen; ++k) square += T(expert.precision(i, k)) * y[i] * y[k];
-      }
-    }
-    return T(
-        exp(T(-kTemper) * (T(expert.log_determinant) + T(0.5 * kFreedom + kSeen) * log(square))));
-  };
-  std::array<T, kLengths> shares;
-  T sum(0.0);
-  for (int e = 0; e < kLengths; ++e) sum += shares[e] = share(experts_[e]);
-  for (T& s : shares) s /= sum;
-  Axes<T> all;
-  for (int a = 0; a < 2; ++a) {
-    for (int row = 0; row < kRows; ++row) {
-      T& mean = all[a][row] = T(0.0);
-      for (int e = 0; e < kLengths; ++e) {
-        T expected(0.0);
-        for (int k = 0; k < kSeen; ++k) expected += T(experts_[e].gain(row, k)) * seen[a][k];
-        mean += shares[e] * expected;
-      }
-    }
-  }
-  return all;
-}
 
 // A logged velocity that its filter fuses from a sensor of a wrong scale (optical flow) and from
 // positions: fast motion shows the sensor's scale, slow motion the positions'. Over a change d of
