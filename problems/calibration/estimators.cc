@@ -4,7 +4,6 @@
 
 #include "problems/common/error.h"
 #include "problems/ekf/ekf.h"
-#include "problems/vgd/learn_process.h"
 #include "problems/vgd/vgd.h"
 #include "problems/vgd/vgd_kinematic.h"
 

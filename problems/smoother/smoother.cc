@@ -10,7 +10,6 @@
 #include <set>
 
 #include "problems/common/error.h"
-#include "problems/vgd/learn_process.h"
 #include "problems/vgd/vgd.h"
 #include "problems/vgd/window_estimate.h"
 #include "problems/vgd/window_problem.h"

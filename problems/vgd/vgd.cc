@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "problems/trajectory/mocap_path.h"
-#include "problems/vgd/learn_process.h"
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/window_estimate.h"
 #include "problems/vgd/window_problem.h"

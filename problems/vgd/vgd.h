@@ -11,6 +11,11 @@
 
 namespace trueline {
 
+// For each pass tau the process (index tau - 1) of the window that ends there, learned from the
+// flight up to it. It does not depend on the window's length, so it is learned once for all
+// estimators. options.process throughout if options.adapt_drift is off.
+std::vector<ProcessNoise> LearnProcess(const FlightData& flight, const VgdOptions& options);
+
 // Runs over all windows in time order; each starts where options.start says. A window
 // never spans an IMU gap: it is shortened, and an arc with a gap is not predicted. `processes`: one
 // for each window, as LearnProcess returns them.
