@@ -36,8 +36,7 @@ class WrenchResidual {
   // I dw + w x I w. `inertia`: its diagonal, 3 numbers.
   template <class T>
   static Vec3<T> Moment(const T* inertia, const Vec3<T>& dw, const Vec3<T>& w) {
-    const Vec3<T> momentum(inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]);
-    return Vec3<T>(inertia[0] * dw[0], inertia[1] * dw[1], inertia[2] * dw[2]) + Cross(w, momentum);
+    return ScaledBy(inertia, dw) + Cross(w, ScaledBy(inertia, w));
   }
   // By the model.
   template <class T>
@@ -49,9 +48,7 @@ class WrenchResidual {
     const Vec3<T> arm(r_BI[0] - r_BM[0], r_BM[1] - r_BI[1], r_BM[2] - r_BI[2]);
     const Vec3<T> extra = Cross(dw, arm) + Cross(w, Vec3<T>(Cross(w, arm)));
     const T& mass = c[FittedRotors::NumberOf(RotorDrivenModel::kMass)];
-    return {Vec3<T>(mass * (model.force[0] + extra[0]), mass * (model.force[1] + extra[1]),
-                    mass * (model.force[2] + extra[2])),
-            Moment(InertiaIn(c), model.turn, w)};
+    return {Scaled(mass, Vec3<T>(model.force + extra)), Moment(InertiaIn(c), model.turn, w)};
   }
 
   // x: the free numbers, one block.

@@ -46,20 +46,13 @@ struct ParameterInfo {
 // states, in units of their sigmas. Mean and sigma are those of the uniform distributions
 // over the ranges of Table 2 (sigma = width / sqrt(12)). Bounds are twice the ranges; drag may not
 // be positive. The prior of b_ax and b_ay is an option of that measurement.
+inline constexpr ParameterPrior kDragPrior{-0.5, 0.29, -2.0, 0.0};
 inline constexpr ParameterPrior kAnglePrior{0.0, 1.73, -6.0, 6.0};
 inline constexpr ParameterPrior kUnitPrior{0.0, 1.0, -std::numeric_limits<double>::infinity(),
                                            std::numeric_limits<double>::infinity()};
 inline constexpr ParameterInfo kTheta[] = {
-    {"K_x",
-     "1/s",
-     "linear drag along body x, by mass",
-     ParameterGroup::kDrag,
-     {-0.5, 0.29, -2.0, 0.0}},
-    {"K_y",
-     "1/s",
-     "linear drag along body y, by mass",
-     ParameterGroup::kDrag,
-     {-0.5, 0.29, -2.0, 0.0}},
+    {"K_x", "1/s", "linear drag along body x, by mass", ParameterGroup::kDrag, kDragPrior},
+    {"K_y", "1/s", "linear drag along body y, by mass", ParameterGroup::kDrag, kDragPrior},
     {"b_az", "m/s^2", "accelerometer bias along z", ParameterGroup::kBias, {0.0, 0.58, -2.0, 2.0}},
     {"phi_E_Ep", "rad", "roll error of the AHRS", ParameterGroup::kAhrsError, kAnglePrior},
     {"theta_E_Ep", "rad", "pitch error of the AHRS", ParameterGroup::kAhrsError, kAnglePrior},

@@ -38,11 +38,22 @@ Vec3<T> Cross(const Vec3<T>& a, const Vec3<T>& b) {
   return Vec3<T>(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
 }
 
+template <class T>
+Vec3<T> Scaled(const T& factor, const Vec3<T>& v) {
+  return Vec3<T>(factor * v[0], factor * v[1], factor * v[2]);
+}
+
+// Each component by its own factor, as a diagonal matrix multiplies: `factors`, 3 numbers.
+template <class T>
+Vec3<T> ScaledBy(const T* factors, const Vec3<T>& v) {
+  return Vec3<T>(factors[0] * v[0], factors[1] * v[1], factors[2] * v[2]);
+}
+
 // R(q) v for |q| = 1, as v + 2 u x (u x v + w v) with q = (w, u).
 template <class T>
 Vec3<T> RotateByUnit(const Vec4<T>& q, const Vec3<T>& v) {
   const Vec3<T> u(q[1], q[2], q[3]);
-  const Vec3<T> inner = Cross(u, v) + Vec3<T>(q[0] * v[0], q[0] * v[1], q[0] * v[2]);
+  const Vec3<T> inner = Cross(u, v) + Scaled(T(q[0]), v);
   const Vec3<T> turn = Cross(u, inner);
   return v + (turn + turn);
 }

@@ -114,10 +114,7 @@ class RotorAeroModel {
     Vec3<T> moment = wrench.moment;
     RotorEffects::AddTo(&moment, effects_.moments, air);
     moment += RotorReaction(x, over);
-    BodyAcceleration<T> acceleration{Vec3<T>(per_mass * wrench.force[0], per_mass * wrench.force[1],
-                                             per_mass * wrench.force[2]) +
-                                         AirForce(x, air),
-                                     {}};
+    BodyAcceleration<T> acceleration{Scaled(per_mass, wrench.force) + AirForce(x, air), {}};
     const T thrust = -per_mass * wrench.force[2];
     const Eigen::Vector3d shift = effects_.CentreShift(input.t);
     if (shift.isZero(0.0)) {
@@ -186,7 +183,7 @@ class RotorAeroModel {
     const Vec4<T> q(x[0], x[1], x[2], x[3]);
     const Vec3<T> arm = Base::Vector(x, Base::kPoseArm) - Base::Vector(x, Base::kCentre);
     const Vec3<T> turned = Cross(Base::Vector(x, Base::kRate), arm);
-    const Vec3<T> before = RotateByUnit(q, Vec3<T>(arm - Vec3<T>(delay * turned)));
+    const Vec3<T> before = RotateByUnit(q, Vec3<T>(arm - Scaled(delay, turned)));
     for (int i = 0; i < 3; ++i) {
       y[i] = x[Base::kPosition + i] - delay * x[Base::kVelocity + i] + before[i];
     }
@@ -197,8 +194,7 @@ class RotorAeroModel {
   static Vec4<T> Attitude(const T* x) {
     const Vec4<T> q(x[0], x[1], x[2], x[3]);
     const T half = T(-0.5) * x[kPoseDelay];
-    const Vec3<T> w = Base::Vector(x, Base::kRate);
-    return q + TimesPure(q, Vec3<T>(half * w[0], half * w[1], half * w[2]));
+    return q + TimesPure(q, Scaled(half, Base::Vector(x, Base::kRate)));
   }
 
  private:
@@ -274,9 +270,7 @@ class RotorAeroModel {
   static Vec3<T> RotorReaction(const T* x, const InputSums& over) {
     const Vec3<T> turned =
         Cross(Base::Vector(x, Base::kRate), Vec3<T>(over.momentum.template cast<T>()));
-    const T& J = x[kRotorInertia];
-    return Vec3<T>(J * (T(over.reaction[0]) + turned[0]), J * (T(over.reaction[1]) + turned[1]),
-                   J * (T(over.reaction[2]) + turned[2]));
+    return Scaled(x[kRotorInertia], Vec3<T>(over.reaction.template cast<T>() + turned));
   }
   // Angular acceleration by the air: a hub that rises meets more inflow, which brakes the turn; one
   // that moves sideways flaps its blades, and drag acts off the centre of mass.

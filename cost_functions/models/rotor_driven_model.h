@@ -92,8 +92,7 @@ class RotorDrivenModel {
   template <class T>
   static Vec3<T> AngularAcceleration(const T* x, const Vec3<T>& moment) {
     const Vec3<T> w = Vector(x, kRate);
-    const Vec3<T> momentum(x[kInertia] * w[0], x[kInertia + 1] * w[1], x[kInertia + 2] * w[2]);
-    const Vec3<T> torque = moment - Cross(w, momentum);
+    const Vec3<T> torque = moment - Cross(w, ScaledBy(x + kInertia, w));
     return Vec3<T>(torque[0] / x[kInertia], torque[1] / x[kInertia + 1],
                    torque[2] / x[kInertia + 2]);
   }
@@ -163,10 +162,6 @@ class RotorDrivenModel {
   static Vec3<T> SpecificForce(const T* x, const Wrench<T>& wrench) {
     const T per_mass = T(1.0) / x[kMass];
     return Scaled(per_mass, wrench.force);
-  }
-  template <class T>
-  static Vec3<T> Scaled(const T& factor, const Vec3<T>& v) {
-    return Vec3<T>(factor * v[0], factor * v[1], factor * v[2]);
   }
   template <class T>
   static void AddScaled(const Eigen::Vector3d& direction, const T& factor, Vec3<T>* sum) {

@@ -188,8 +188,7 @@ class WindowPrediction {
         const T slip = drag / T(gravity * fast_.time()) * behind[i];
         turn[i] = step * (i < 2 ? c[kRateShare] * rate + slip : rate);
       }
-      const Vec4<T> q_mid =
-          Turned(q, Vec3<T>(T(0.5) * turn[0], T(0.5) * turn[1], T(0.5) * turn[2]));
+      const Vec4<T> q_mid = Turned(q, Scaled(T(0.5), turn));
       const Vec3<T> v_world = Sum(v, half, a), v_mid = RotateByUnit(Conjugate(q_mid), v_world);
       const auto pushed = rotors_.At(of_rotors, v_mid, w_mid, window.rotors[k]);
       for (int i = 0; i < 3; ++i) (*net)[i][k + 2] = pushed.turn[i];
