@@ -9,6 +9,7 @@
 #include "cost_functions/models/imu_driven_model.h"
 #include "cost_functions/models/kinematic_model.h"
 #include "problems/simulation/config.h"
+#include "problems/simulation/simulate.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd.h"
 

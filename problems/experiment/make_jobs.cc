@@ -9,6 +9,7 @@
 #include "problems/import/import_map.h"
 #include "problems/result/yaml_text.h"
 #include "problems/simulation/config.h"
+#include "problems/simulation/simulate.h"
 
 namespace trueline {
 namespace {

@@ -10,6 +10,7 @@
 #include "problems/simulation/course.h"
 #include "problems/simulation/effects.h"
 #include "problems/simulation/forces.h"
+#include "problems/simulation/simulate.h"
 
 namespace trueline {
 namespace simulation {

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -13,7 +12,6 @@
 #include "problems/common/yaml_archive.h"
 #include "problems/effects/effect.h"
 #include "problems/log/flight_log.h"
-#include "problems/simulation/effects.h"
 
 namespace trueline {
 
@@ -223,24 +221,5 @@ struct SimulationConfig {
 // Throws InputError with file, line and key for unknown or missing keys, units out of range,
 // unknown effects and courses that can't be flown. Calls map.Finish().
 SimulationConfig ReadSimulationConfig(const YamlMap& map);
-
-// Variants of a configuration for Monte-Carlo: true parameters drawn from the ranges of its
-// `randomise:` section.
-
-// The configuration with each parameter of `randomise` drawn uniformly from its range. Each draw
-// depends on the seed and the parameter's name only. Throws InputError for a parameter that acts on
-// nothing in this flight, or for a drawn value that means nothing.
-SimulationConfig DrawVariant(const SimulationConfig& config, std::uint64_t seed);
-
-// What the configured flight has for effects to act on.
-simulation::Actors ActorsOf(const SimulationConfig& config);
-
-// Replaces the configuration's vehicle by that of a model.yaml (trueline-calibrate,
-// trueline-diagnose): drag, thrust bias, misalignment, and its effects.
-SimulationConfig WithModel(const SimulationConfig& config, const YamlMap& model);
-
-// The parameters that `randomise` accepts, with their values: K_x, b_az, phi_I_B, ... and
-// `effect.parameter` for the configured effects.
-std::map<std::string, double> TunableValues(const SimulationConfig& config);
 
 }  // namespace trueline

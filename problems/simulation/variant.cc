@@ -5,6 +5,7 @@
 #include "problems/common/random.h"
 #include "problems/simulation/config.h"
 #include "problems/simulation/forces.h"
+#include "problems/simulation/simulate.h"
 
 namespace trueline {
 namespace {

@@ -3,6 +3,7 @@
 
 #include "problems/common/random.h"
 #include "problems/simulation/config.h"
+#include "problems/simulation/simulate.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd.h"
 #include "tests/simulation/short_flight.h"
