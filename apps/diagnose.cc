@@ -252,7 +252,7 @@ std::optional<Diagnosed> DiagnoseChanges(const AgainstLogs& read) {
 // some of the samples.
 bool BendsTrim(const trueline::LogFault& fault) {
   const std::set<std::string> values = {"motors", "rotors", "battery", "attitude"};
-  return fault.fatal || (values.contains(fault.stream) && fault.id != "gaps");
+  return fault.fatal || (values.contains(fault.stream) && fault.kind != &trueline::fault::kGaps);
 }
 
 // The trims alone, of logs that hold no more.

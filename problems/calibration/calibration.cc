@@ -184,7 +184,7 @@ namespace {
 
 bool IsEstimatedDelay(const LogFault& fault, const std::vector<StreamDelay>& delays) {
   constexpr double kSigmas = 3.0, kOfFirstLook = 0.03;  // s, its own error
-  return fault.id == "clock_offset" && !fault.fatal &&
+  return fault.kind == &fault::kClockOffset && !fault.fatal &&
          std::any_of(delays.begin(), delays.end(), [&](const StreamDelay& delay) {
            return delay.stream == fault.stream &&
                   std::abs(delay.value - fault.size) < kSigmas * delay.sigma + kOfFirstLook;

@@ -8,12 +8,6 @@
 namespace trueline {
 namespace {
 
-// Faults that effects state as well: late sensors, scales, a heading that drifts.
-bool IsInCatalogue(const LogFault& fault) {
-  return fault.id == "clock_offset" || fault.id == "accelerometer_scale" ||
-         fault.id == "heading_drift";
-}
-
 // What was fitted to a wrong log is no model of the next flight.
 void LeaveOutOfModel(Diagnosis* diagnosis) {
   if (diagnosis->in_model.empty()) return;
@@ -26,7 +20,7 @@ void LeaveOutOfModel(Diagnosis* diagnosis) {
 
 std::string VerdictWith(const std::vector<LogFault>& faults, const std::string& verdict) {
   const auto blocks = [&](const LogFault& fault) {
-    return fault.fatal || (verdict == "clean" && !IsInCatalogue(fault));
+    return fault.fatal || (verdict == "clean" && !fault.kind->is_effect);
   };
   return std::ranges::any_of(faults, blocks) ? "unexplained" : verdict;
 }

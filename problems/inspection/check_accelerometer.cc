@@ -12,13 +12,6 @@ namespace trueline {
 namespace {
 
 constexpr double kMostGravities = 5.0;  // rms acceleration of a flight
-// rad, by which an IMU is usually mounted askew: a horizontal bias for gravity's part along x and
-// y.
-constexpr double kUsualTilt = 2.5 * kDegree;
-// A flight whose thrust hardly varies does not tell a scale from a bias of the vertical axis. Such
-// a bias is then a scale if it is larger than sensors have: makers state up to 80 mg along z.
-constexpr double kMostBias = 0.85;  // m/s^2
-constexpr double kUpright = 0.35;   // horizontal over vertical part of the bias
 
 Eigen::Matrix3d Snapped(const Eigen::Matrix3d& turn) {
   for (const Eigen::Matrix3d& m : SignedPermutations()) {
@@ -51,7 +44,7 @@ bool HoldsInOtherHalf(const BodyForce& force, const std::vector<Bend>& bends,
   const auto holds = [&](const std::vector<Bend>& fitted, const std::vector<Bend>& other) {
     const auto fit = FitForce(force, fitted, hints);
     return fit && ForceResidual(force, other, Snapped(fit->turn)) <
-                      kMuchLess * ForceResidual(force, other, Eigen::Matrix3d::Identity());
+                      kExplains * ForceResidual(force, other, Eigen::Matrix3d::Identity());
   };
   return holds(first, second) && holds(second, first);
 }
@@ -66,7 +59,7 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
   const auto fit = FitForce(force, bends, hints);
   if (!fit) return;
   const Eigen::Matrix3d turn = Snapped(fit->turn);
-  const bool better = fit->residual < kMuchLess * fit->as_read &&
+  const bool better = fit->residual < kExplains * fit->as_read &&
                       fit->as_read - fit->residual > kForceError && fit->clearly > kShown;
   if (turn.isIdentity(1e-9) || !better || !HoldsInOtherHalf(force, bends, hints)) return;
   // The earth axes of position may be turned instead.
@@ -82,7 +75,7 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
 }
 
 void AddBias(Examination* e, const Eigen::Vector3d& bias, const std::string& stream) {
-  e->Add({"accelerometer_bias", "imu", Level::kBiases, bias.norm(), "m/s^2", bias.norm()},
+  e->Add({&fault::kAccelerometerBias, "imu", Level::kBiases, bias.norm(), bias.norm()},
          fmt::format("the accelerometer is off by ({:.2f}, {:.2f}, {:.2f}) m/s^2, by the "
                      "acceleration of {}",
                      -bias.x(), -bias.y(), -bias.z(), stream),
@@ -90,10 +83,10 @@ void AddBias(Examination* e, const Eigen::Vector3d& bias, const std::string& str
          "sensor at rest");
 }
 
-// m/s^2, of a bias that no usual misalignment explains.
-double BeyondTilt(const Eigen::Vector3d& bias, double gravity) {
-  const double across = bias.head<2>().norm() - gravity * std::sin(kUsualTilt);
-  return std::hypot(std::max(0.0, across), bias.z());
+// Whether a bias is a fault. Gravity's part along x and y of an IMU that is mounted askew looks
+// like a horizontal one.
+bool IsBiased(const Eigen::Vector3d& bias) {
+  return std::hypot(std::max(0.0, bias.head<2>().norm() - kForceError), bias.z()) > kForceError;
 }
 
 // The bias beside the error of an AHRS that follows acceleration: its tilt in a steady turn is one
@@ -105,7 +98,7 @@ Eigen::Vector3d BiasBesideFilter(Examination* e, const PositionWitness& witness,
   if (!filter) return bias;
   const auto attitude = WithoutFollowing(e->fixed, witness.attitude, filter->gain);
   const auto fit = FitForceScale(BodyForce(e->fixed, attitude), bends);
-  if (!fit || BeyondTilt(fit->bias, e->log.gravity) > kForceError) return bias;
+  if (!fit || IsBiased(fit->bias)) return bias;
   e->result.notes.push_back(fmt::format(
       "a bias of the accelerometer of {:.2f} m/s^2, by the acceleration of {}: an attitude filter "
       "that takes acceleration for tilt with a gain of {:.2g} 1/s (ahrs_acceleration_error) "
@@ -114,11 +107,13 @@ Eigen::Vector3d BiasBesideFilter(Examination* e, const PositionWitness& witness,
   return fit->bias;
 }
 
-// True if the fit is of a scale rather than of a bias.
+// True if the fit is of a scale rather than of a bias. A flight whose thrust hardly varies does not
+// tell the two apart: a bias along z is then a scale if it is larger than sensors have, of which
+// makers state up to 80 mg.
 bool IsScale(const ForceScale& fit) {
   if (fit.by_factor < fit.by_bias) return true;
-  return std::abs(fit.bias.z()) > kMostBias && fit.by_factor < kAlikeRest * fit.by_bias &&
-         fit.bias.head<2>().norm() < kUpright * std::abs(fit.bias.z());
+  return std::abs(fit.bias.z()) > 2.0 * kForceError && fit.by_factor < kAlikeRest * fit.by_bias &&
+         fit.bias.head<2>().norm() < kLittle * std::abs(fit.bias.z());
 }
 
 // Returns whether the scale is repaired.
@@ -136,9 +131,9 @@ bool CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend
     return true;
   }
   // Without gravity a bias of its size says the same.
-  if (ReadsGravity(e->fixed) && BeyondTilt(fit->bias, e->log.gravity) > kForceError) {
+  if (ReadsGravity(e->fixed) && IsBiased(fit->bias)) {
     const Eigen::Vector3d bias = BiasBesideFilter(e, witness, bends, fit->bias);
-    if (BeyondTilt(bias, e->log.gravity) > kForceError) AddBias(e, bias, witness.stream);
+    if (IsBiased(bias)) AddBias(e, bias, witness.stream);
   }
   return false;
 }
@@ -148,7 +143,7 @@ bool CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend
 constexpr double kWidths[] = {1.0, 2.0, 3.0};
 constexpr double kMostNoise = 0.2;     // m; bends for more noise are too wide for the body's turns
 constexpr double kLateralForce = 1.0;  // m/s^2, of drag at racing speed
-constexpr double kLowShare = 0.65, kHighShare = 1.5;  // of an axis that reads another multiple
+constexpr double kOtherShare = 1.5;    // of an axis that reads another multiple, or one over it
 
 // The positions at one width of bends, as they are and in the axes that are nearest to the
 // attitude's earth.
@@ -248,7 +243,7 @@ std::optional<double> OffShare(const std::vector<ShownAxes>& all, int axis) {
     lowest = std::min(lowest, share);
     highest = std::max(highest, share);
   }
-  if (all.size() < std::size(kWidths) || (highest > kLowShare && lowest < kHighShare)) {
+  if (all.size() < std::size(kWidths) || (highest * kOtherShare > 1.0 && lowest < kOtherShare)) {
     return std::nullopt;
   }
   return all.back().fit.share(axis, axis);
@@ -256,11 +251,10 @@ std::optional<double> OffShare(const std::vector<ShownAxes>& all, int axis) {
 
 Finding ScaleOf(const PositionWitness& witness, int axis, const LateralForce& fit) {
   const double share = fit.share(axis, axis), sigma = fit.sigma(axis, axis);
-  return {"lateral_force",
+  return {&fault::kLateralForce,
           "imu",
           Level::kBiases,
           share,
-          "1",
           kLateralForce,
           sigma,
           fmt::format("the force along the body's {} that {} shows is {:.2g} +- {:.1g} times what "
@@ -333,7 +327,7 @@ void CheckMeanForce(Examination* e) {
   if (std::abs(reads - 1.0) < kOtherScale) return;
   if (reads < 0.3 && UnitNear("m/s^2", 1.0 / reads) == nullptr) return;
   AddAccelerometerScale(
-      e, 1.0 / reads, 0.02,
+      e, 1.0 / reads, kErrorOfMean / reads,
       "by its mean in earth axes, which is gravity; without positions a bias of the vertical "
       "axis looks the same");
 }
@@ -341,26 +335,17 @@ void CheckMeanForce(Examination* e) {
 }  // namespace
 
 void AddAccelerometerScale(Examination* e, double factor, double sigma, const std::string& why) {
-  const KnownUnit* unit = UnitNear("m/s^2", factor);
-  const double error = e->log.gravity * std::abs(1.0 - 1.0 / factor);
-  const Level level = unit != nullptr ? Level::kFatal : Level::kBiases;
-  const Finding finding{"accelerometer_scale",    "imu", level, 1.0 / factor, "1", error,
-                        sigma / (factor * factor)};
-  e->AddRepaired(
-      finding,
-      fmt::format("the accelerometer reads {:.3g} of the specific force; {}", finding.size, why),
-      unit != nullptr ? fmt::format("state its unit, or multiply its readings by {:.6g}{}",
-                                    unit->factor, UnitText(unit))
-                      : fmt::format("multiply its readings by {:.4f}; check the unit (g is 9.80665 "
-                                    "m/s^2) and the range",
-                                    factor),
-      {.accel_scale = unit != nullptr ? unit->factor : factor});
+  const double reads = 1.0 / factor;
+  AddScale(e, &StreamRepair::accel_scale, factor, UnitNear("m/s^2", factor),
+           {&fault::kAccelerometerScale, "imu", Level::kBiases, reads,
+            e->log.gravity * std::abs(1.0 - reads), sigma * reads * reads},
+           fmt::format("the accelerometer reads {:.3g} of the specific force; {}", reads, why));
 }
 
 void AddAccelerometerAxes(Examination* e, const Eigen::Matrix3d& turn, double error,
                           const std::string& text) {
   const double size = TurnSize(turn);
-  e->AddRepaired({"accelerometer_axes", "imu", LevelOfTurn(size), size, "deg", error}, text,
+  e->AddRepaired({&fault::kAccelerometerAxes, "imu", LevelOfTurn(size), size, error}, text,
                  fmt::format("take the accelerometer's axes as {}", AxesText(turn)),
                  {.accel = turn});
 }

@@ -101,15 +101,14 @@ bool ShowsTooLittle(const RateWitness& witness) {
   return IsIdentity(witness.turn) && witness.match.unturned < witness.match.correlation - kLittle;
 }
 
-Finding TurnFinding(const Examination& e, const RateWitness& witness, const std::string& id,
+Finding TurnFinding(const Examination& e, const RateWitness& witness, const FaultKind& kind,
                     const std::string& stream, const Eigen::Matrix3d& repair) {
   const double size = TurnSize(repair);
-  return {.id = id,
+  return {.kind = &kind,
           .stream = stream,
           .level = LevelOfTurn(size),
           .size = size,
-          .unit = "deg",
-          .error = 2.0 * e.log.gravity * std::sin(0.5 * size * kDegree),
+          .error = ErrorOfTurn(e, size * kDegree),
           .sigma = std::sqrt(witness.match.turn_cov.trace()) / kDegree};
 }
 
@@ -119,7 +118,7 @@ void TurnGyro(Examination* e, const RateWitness& witness, const std::string& why
   // Of the same chip, unless gravity contradicts; CheckAccelerometer() looks whether that is so.
   if (StaysUpright(*e, repair)) change.accel = repair;
   e->AddRepaired(
-      TurnFinding(*e, witness, "imu_axes", "imu", repair),
+      TurnFinding(*e, witness, fault::kImuAxes, "imu", repair),
       fmt::format("the gyroscope's axes are not the body's: its readings as {} agree with the turn "
                   "rates of {} to a correlation of {:.3f}, as read to {:.3f}; {}",
                   AxesText(repair), witness.stream, witness.match.correlation,
@@ -131,7 +130,7 @@ void TurnAttitude(Examination* e, const RateWitness& witness, const std::string&
   if (witness.turn.determinant() < 0.0) return;
   const Eigen::Matrix3d repair = witness.turn.transpose();
   e->AddRepaired(
-      TurnFinding(*e, witness, "body_axes", witness.stream, repair),
+      TurnFinding(*e, witness, fault::kBodyAxes, witness.stream, repair),
       fmt::format("the attitude of {}.csv is that of other body axes: its turn rates as {} agree "
                   "with the gyroscope to a correlation of {:.3f}, as read to {:.3f}; {}",
                   witness.stream, AxesText(repair), witness.match.correlation,
@@ -193,21 +192,16 @@ double HarmOfScale(const Examination& e, const VectorMatch& match) {
 void AddGyroScale(Examination* e, const RateWitness& by) {
   const double gain = by.match.gain, reads = 1.0 / gain;
   const double sigma = by.match.gain_sigma / (gain * gain);
-  const KnownUnit* unit = UnitOfRates(by.match);
-  const double factor = unit != nullptr ? unit->factor : gain;
-  const Level level = unit != nullptr ? Level::kFatal : Level::kBiases;
-  e->AddRepaired({"gyro_scale", "imu", level, reads, "1", HarmOfScale(*e, by.match), sigma},
-                 fmt::format("the gyroscope reads {:.3f} +- {:.3f} of the turn rates that {} shows",
-                             reads, sigma, by.stream),
-                 fmt::format("multiply its readings by {:.6g}{}; check the unit and range", factor,
-                             UnitText(unit)),
-                 {.gyro_scale = factor});
+  AddScale(e, &StreamRepair::gyro_scale, gain, UnitOfRates(by.match),
+           {&fault::kGyroScale, "imu", Level::kBiases, reads, HarmOfScale(*e, by.match), sigma},
+           fmt::format("the gyroscope reads {:.3f} +- {:.3f} of the turn rates that {} shows",
+                       reads, sigma, by.stream));
 }
 
 void AddAttitudeScale(Examination* e, const RateWitness& of, const std::string& why) {
-  const Finding finding{"attitude_scale",   of.stream, Level::kBiases,
-                        of.match.gain,      "1",       HarmOfScale(*e, of.match),
-                        of.match.gain_sigma};
+  const Finding finding{
+      &fault::kAttitudeScale,    of.stream,          Level::kBiases, of.match.gain,
+      HarmOfScale(*e, of.match), of.match.gain_sigma};
   e->Add(finding,
          fmt::format("the turns of {}.csv are {:.3f} +- {:.3f} times those of the gyroscope, {}",
                      of.stream, finding.size, finding.sigma, why),
@@ -219,10 +213,10 @@ void AddAttitudeScale(Examination* e, const RateWitness& of, const std::string& 
 void JudgeLoneScale(Examination* e, const RateWitness& witness) {
   if (UnitOfRates(witness.match) != nullptr) return AddGyroScale(e, witness);
   const auto rest = RestAfterTilt(*e, witness.stream, witness.match.gain);
-  if (rest && *rest < kMuchLess) {
+  if (rest && *rest < kExplains) {
     AddAttitudeScale(e, witness,
                      "and so are its tilts: positions and the accelerometer agree better without");
-  } else if (rest && *rest > 1.0 / kMuchLess) {
+  } else if (rest && *rest > 1.0 / kExplains) {
     AddGyroScale(e, witness);
   } else {
     e->result.notes.push_back(

@@ -19,9 +19,10 @@ std::string SpanOf(TimeNs origin, TimeNs from, TimeNs to) {
 
 // Returns whether most of the stream lies outside of the IMU's time.
 template <class Sample>
-bool CheckStreamCover(const std::vector<Sample>& samples, const char* name, Examination* e) {
-  if (samples.empty() || e->log.imu.empty()) return false;
-  const TimeNs begin = e->log.imu.front().t, end = e->log.imu.back().t;
+bool CheckStreamCover(const FlightLog& log, const std::vector<Sample>& samples, const char* name,
+                      Examination* e) {
+  if (samples.empty() || log.imu.empty()) return false;
+  const TimeNs begin = log.imu.front().t, end = log.imu.back().t;
   const double longest =
       std::max(SecondsBetween(begin, end), SecondsBetween(samples.front().t, samples.back().t));
   if (longest < kLeastOverlap) return false;
@@ -29,7 +30,7 @@ bool CheckStreamCover(const std::vector<Sample>& samples, const char* name, Exam
                                     [&](const Sample& s) { return s.t >= begin && s.t <= end; });
   const double share = static_cast<double>(inside) / static_cast<double>(samples.size());
   if (share >= kMostly) return false;
-  e->Add({"cover", name, share < 1.0 - kMostly ? Level::kFatal : Level::kBiases, share, "1"},
+  e->Add({&fault::kCover, name, share < 1.0 - kMostly ? Level::kFatal : Level::kBiases, share},
          fmt::format("only {:.0f} % of {}.csv lies within the time of imu.csv ({}): it spans {}",
                      100.0 * share, name, SpanOf(begin, begin, end),
                      SpanOf(begin, samples.front().t, samples.back().t)),
@@ -40,10 +41,10 @@ bool CheckStreamCover(const std::vector<Sample>& samples, const char* name, Exam
 // The reverse: the share of the IMU's time that a stream covers. Rest before and after the flight
 // is no reason to log less of either; fixes come in passes and are not judged.
 template <class Sample>
-void CheckImuCover(const std::vector<Sample>& samples, const char* name, double least,
-                   Examination* e) {
-  if (samples.empty() || e->log.imu.empty()) return;
-  const TimeNs begin = e->log.imu.front().t, end = e->log.imu.back().t;
+void CheckImuCover(const FlightLog& log, const std::vector<Sample>& samples, const char* name,
+                   double least, Examination* e) {
+  if (samples.empty() || log.imu.empty()) return;
+  const TimeNs begin = log.imu.front().t, end = log.imu.back().t;
   const double span = SecondsBetween(begin, end);
   if (span < kLeastOverlap) return;
   std::vector<TimeNs> inside;
@@ -54,7 +55,7 @@ void CheckImuCover(const std::vector<Sample>& samples, const char* name, double 
   if (covered >= least * span) return;
   const bool attitude = std::string(name) == "attitude";
   const bool biases = attitude && covered < (1.0 - kMostly) * span;
-  e->Add({"cover", name, biases ? Level::kBiases : Level::kWidens, covered / span, "1"},
+  e->Add({&fault::kCover, name, biases ? Level::kBiases : Level::kWidens, covered / span},
          fmt::format("{}.csv ({} samples, {}) covers {:.1f} s, {:.0f} % of the {:.1f} s of imu.csv",
                      name, samples.size(), SpanOf(begin, samples.front().t, samples.back().t),
                      covered, 100.0 * covered / span, span),
@@ -85,19 +86,19 @@ const char* TimeUnitOf(double ratio) {
 
 // The IMU is known by its rate. Any other stream is judged against it. Returns the streams whose
 // stamps have another unit.
-std::vector<std::string> CheckTimeUnit(Examination* e) {
+std::vector<std::string> CheckTimeUnit(const FlightLog& log, Examination* e) {
   std::vector<std::string> other_unit;
-  if (e->log.imu.size() < kFewest) return other_unit;
-  ForEachStream(e->log, [&](const Stream& stream, const auto& samples) {
+  if (log.imu.size() < kFewest) return other_unit;
+  ForEachStream(log, [&](const Stream& stream, const auto& samples) {
     if (samples.size() < kFewest) return;
     const bool imu = std::string(stream.name) == "imu";
     const double span = SecondsBetween(samples.front().t, samples.back().t);
-    const double other = imu ? LongestOther(e->log, stream.name)
-                             : SecondsBetween(e->log.imu.front().t, e->log.imu.back().t);
+    const double other =
+        imu ? LongestOther(log, stream.name) : SecondsBetween(log.imu.front().t, log.imu.back().t);
     const char* unit = other > 0.0 && span > 0.0 ? TimeUnitOf(span / other) : nullptr;
     const double rate = static_cast<double>(samples.size()) / std::max(1e-9, span);
     if (unit == nullptr || rate > kLeastImuRate) return;
-    e->Add({"time_unit", stream.name, Level::kFatal, span / other, "1", e->log.gravity},
+    e->Add({&fault::kTimeUnit, stream.name, Level::kFatal, span / other, log.gravity},
            fmt::format("the stamps of {}.csv are in {}, not in s: it lasts {:.4g} s at {:.3g} Hz, "
                        "the {} {:.4g} s",
                        stream.name, unit, span, rate, imu ? "other streams" : "IMU", other),
@@ -113,18 +114,17 @@ std::optional<Finding> MissingAttitude(const FlightLog& log) {
   if (!log.attitude.empty() || log.imu.size() < 2) return std::nullopt;
   if (SecondsBetween(log.imu.front().t, log.imu.back().t) < kLeastOverlap) return std::nullopt;
   return Finding{
-      .id = "attitude_missing",
+      .kind = &fault::kAttitudeMissing,
       .stream = "attitude",
       .level = Level::kBiases,
-      .unit = "1",
       .text =
           "attitude.csv is missing: the program's own filter gives the attitude, with a heading "
           "that starts at zero and a tilt that is wrong by degrees in turns",
       .remedy = "log the autopilot's attitude"};
 }
 
-void CheckCover(Examination* e) {
-  const std::vector<std::string> other_unit = CheckTimeUnit(e);
+void CheckCover(const FlightLog& log, Examination* e) {
+  const std::vector<std::string> other_unit = CheckTimeUnit(log, e);
   const auto has_other_unit = [&](const char* name) {
     return std::find(other_unit.begin(), other_unit.end(), name) != other_unit.end();
   };
@@ -132,15 +132,15 @@ void CheckCover(Examination* e) {
   // need not turn for the whole log.
   const auto check = [&](const auto& samples, const char* name, double least) {
     if (has_other_unit("imu") || has_other_unit(name)) return;
-    if (!CheckStreamCover(samples, name, e)) CheckImuCover(samples, name, least, e);
+    if (!CheckStreamCover(log, samples, name, e)) CheckImuCover(log, samples, name, least, e);
   };
-  check(e->log.attitude, "attitude", kMostly);
-  check(e->log.fixes, "fixes", 0.0);
-  check(e->log.mocap, "mocap", kMajority);
-  check(e->log.pose, "pose", kMajority);
-  check(e->log.rotors, "rotors", 0.0);
-  check(e->log.motors, "motors", 0.0);
-  const auto missing = e->log.rotors.empty() ? MissingAttitude(e->log) : std::nullopt;
+  check(log.attitude, "attitude", kMostly);
+  check(log.fixes, "fixes", 0.0);
+  check(log.mocap, "mocap", kMajority);
+  check(log.pose, "pose", kMajority);
+  check(log.rotors, "rotors", 0.0);
+  check(log.motors, "motors", 0.0);
+  const auto missing = log.rotors.empty() ? MissingAttitude(log) : std::nullopt;
   if (missing) e->Add(*missing);
 }
 

@@ -13,11 +13,6 @@
 namespace trueline {
 namespace {
 
-// rad, of an attitude's tilt along with the acceleration: of a pose's own, and of an AHRS that
-// takes the specific force for gravity.
-constexpr double kTiltOfPose = 0.3 * kDegree;
-constexpr double kTiltOfAhrs = 1.5 * kDegree;
-
 // What a stream of positions was compared with.
 struct Reference {
   const char* what;  // "the accelerometer"
@@ -81,8 +76,8 @@ void AddLag(Examination* e, const std::string& stream, VectorMatch match,
       stream, LateText(match.lag), reference.what, OrElseText(match), match.correlation,
       match.unshifted);
   const double error = match.seen_rms * std::min(1.0, 5.0 * std::abs(match.lag));
-  const Level level = match.unshifted < 0.6 * match.correlation ? Level::kFatal : Level::kBiases;
-  const Finding finding{"position_late", stream, level, match.lag, "s", error, match.lag_sigma};
+  const Finding finding{&fault::kPositionLate, stream, LevelOfLag(match, error), match.lag, error,
+                        match.lag_sigma};
   if (reference.own_clock) return AddClockOffset(e, match.lag, finding, text);
   e->Add(finding, text,
          "its attitude is in time: position and attitude of the poses were not measured at one "
@@ -115,11 +110,11 @@ std::optional<PositionScale> ScaleByForce(const Examination& e, const std::strin
   TurnLikePositions(e, *witness, &witness->bends);
   auto scale = FitPositionScale(BodyForce(e.fixed, witness->attitude), witness->bends);
   if (!scale) return std::nullopt;
-  const double rms = RmsAcceleration(witness->bends);
-  // A tilt of the attitude that changes with the acceleration looks like a scale as well.
-  const double tilt = (IsOfAhrs(e, *witness) ? kTiltOfAhrs : kTiltOfPose) * e.log.gravity *
-                      scale->value / rms;  // of 1
-  scale->sigma = std::hypot(scale->sigma, tilt * scale->value);
+  // A tilt of the attitude that changes with the acceleration looks like a scale as well: an AHRS
+  // takes the specific force for gravity, a pose errs little.
+  const double tilt = IsOfAhrs(e, *witness) ? kBodyBias : kForceNoise;  // m/s^2, of gravity
+  const double share = tilt * scale->value / RmsAcceleration(witness->bends);
+  scale->sigma = std::hypot(scale->sigma, share * scale->value);
   return scale;
 }
 
@@ -142,7 +137,7 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
   if (!slow || !HasSameScale(*slow, match)) return;
   if (!IsConfirmed(*e, reference, {.position_scale = 1.0 / match.gain})) return;
   const double error = match.seen_rms * std::abs(match.gain - 1.0);
-  Finding finding{"position_scale", stream, Level::kBiases, match.gain, "1", error,
+  Finding finding{&fault::kPositionScale, stream, Level::kBiases, match.gain, error,
                   match.gain_sigma};
   const bool after_repair = e->RepairOf(reference.what).position_scale != 1.0;
   const std::string text = fmt::format(
@@ -156,11 +151,7 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
   }
   const KnownUnit* unit =
       UnitNear("m", 1.0 / match.gain, std::min(1.0, 2.0 * match.gain_sigma / match.gain));
-  const double factor = unit != nullptr ? unit->factor : 1.0 / match.gain;
-  e->AddRepaired(
-      finding, text,
-      fmt::format("multiply the positions by {:.6g}{}; check the unit", factor, UnitText(unit)),
-      {.position_scale = factor});
+  AddScale(e, &StreamRepair::position_scale, 1.0 / match.gain, unit, finding, text);
 }
 
 void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, double reach,
@@ -211,10 +202,9 @@ bool HasAmbiguousClock(const Examination& e, const std::string& stream) {
 
 void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding,
                      const std::string& text) {
-  finding.id = "position_axes";
+  finding.kind = &fault::kPositionAxes;
   finding.level = Level::kFatal;
   finding.size = TurnSize(turn);
-  finding.unit = "deg";
   e->AddRepaired(std::move(finding), text,
                  "state the earth axes of the positions so (position: {earth: ...})",
                  {.position = turn.transpose()});
@@ -231,7 +221,7 @@ void CheckPositions(Examination* e) {
         CheckClockJump(e);
       }
       if (moved && HasAmbiguousClock(*e, "mocap")) continue;
-      Judge(e, stream, FixPairs(e->fixed), 2.0, {"mocap", false, true, kSound});
+      Judge(e, stream, FixPairs(e->fixed), kFixLagReach, {"mocap", false, true, kSound});
       if (!moved) CheckSpread(e);
       continue;
     }

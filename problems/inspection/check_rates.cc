@@ -11,8 +11,8 @@
 namespace trueline {
 namespace {
 
-constexpr double kLeastRate = 0.05;                         // rad/s
-constexpr double kLeastImuJump = 0.5, kMostImuJump = 60.0;  // s
+constexpr double kLeastRate = 0.05;    // rad/s
+constexpr double kMostImuJump = 60.0;  // s
 
 // A form of a stream's attitude.
 struct Form {
@@ -132,12 +132,12 @@ const FormTrial& BestAngles(const std::vector<FormTrial>& trials) {
     if (is_size && trial.correlation > kAlike && trial.unturned > best->unturned) best = &trial;
   }
   const double left = RestOf(best->unturned);
-  if (left > kMuchLess * RestOf(as_read.unturned)) return as_read;
-  if (RestOf(as_read.plain) < kMuchLess * left) return as_read;  // by other axes of the body
+  if (left > kExplains * RestOf(as_read.unturned)) return as_read;
+  if (RestOf(as_read.plain) < kExplains * left) return as_read;  // by other axes of the body
   best = &*std::find_if(trials.begin(), trials.end(), [&](const FormTrial& trial) {
     return RestOf(trial.unturned) <= left / kExplains;  // the usual forms come first
   });
-  if (left < kMuchLess * RestOf(as_read.plain)) return *best;
+  if (left < kExplains * RestOf(as_read.plain)) return *best;
   return best->force.norm() > as_read.force.norm() ? *best : as_read;
 }
 
@@ -172,7 +172,8 @@ void RepairForm(Examination* e, const std::string& stream, const FormTrial& as_r
   const double size = best.correlation - as_read.unturned;
   const bool angles = SourceOf(*e, stream).HasAngles();
   e->AddRepaired(
-      {angles ? "angle_form" : "quaternion_form", stream, Level::kFatal, size, "1", e->log.gravity},
+      {angles ? &fault::kAngleForm : &fault::kQuaternionForm, stream, Level::kFatal, size,
+       e->log.gravity},
       fmt::format(
           "the {0} of {1}.csv are in another form: {2}. So read, its turn rates agree with the "
           "gyroscope's to a correlation of {3:.3f}; as read, {4:.3f}",
@@ -187,11 +188,12 @@ void AddClock(Examination* e, const std::string& stream, const VectorMatch& matc
   if (std::abs(match.lag) < kTurnClock.lag || std::abs(match.lag) < kShown * match.lag_sigma)
     return;
   const double error = e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.lag));
-  const Level level = match.unshifted < 0.6 * match.correlation ? Level::kFatal
-                      : error > 0.15                            ? Level::kBiases
-                                                                : Level::kWidens;
   AddClockOffset(
-      e, match.lag, {.stream = stream, .level = level, .error = error, .sigma = match.lag_sigma},
+      e, match.lag,
+      {.stream = stream,
+       .level = LevelOfLag(match, error),
+       .error = error,
+       .sigma = match.lag_sigma},
       fmt::format("the turns of {}.csv come {} than those of the gyroscope{} (correlation {:.3f}, "
                   "as stamped {:.3f}): the clocks disagree{}",
                   stream, LateText(match.lag), OrElseText(match), match.correlation,
@@ -211,9 +213,9 @@ std::string NotShown(const VectorMatch& match) {
 }
 
 void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& match) {
-  if (match.seen_rms < 4.0 * kLeastRate || match.correlation >= kMajority) return;
+  if (match.seen_rms < kMovingRate || match.correlation >= kMajority) return;
   e->Add(
-      {"rates_disagree", stream, Level::kFatal, match.correlation, "1", e->log.gravity},
+      {&fault::kRatesDisagree, stream, Level::kFatal, match.correlation, e->log.gravity},
       fmt::format("{}.csv turns by {:.2f} rad/s (rms), and no lag within 5 s, no rotation and no "
                   "form of its quaternion makes it agree with the gyroscope (correlation {:.2f})",
                   stream, match.seen_rms, match.correlation),
@@ -233,7 +235,7 @@ const RateWitness* WitnessAgainst(const Examination& e, const VectorMatch& match
 
 void AddOtherFlight(Examination* e, const std::string& stream, const VectorMatch& match,
                     const RateWitness& good) {
-  e->Add({"rates_disagree", stream, Level::kFatal, match.correlation, "1", e->log.gravity},
+  e->Add({&fault::kRatesDisagree, stream, Level::kFatal, match.correlation, e->log.gravity},
          fmt::format("the turns of {}.csv agree with the gyroscope's to a correlation of {:.2f} at "
                      "best ({}), those of {}.csv to {:.3f}: it is of another flight of such laps, "
                      "or badly tracked",
@@ -368,7 +370,7 @@ std::optional<VectorMatch> MatchPart(const RunningIntegral<3>& gyro,
 }
 
 void AddImuJump(Examination* e, const std::string& through, const Step& step, double jump) {
-  e->Add({"clock_jump", "imu", Level::kFatal, jump, "s", e->log.gravity},
+  e->Add({&fault::kClockJump, "imu", Level::kFatal, jump, e->log.gravity},
          fmt::format("the clock of imu.csv jumps by {:.2f} s at {:.2f} s: {}.csv runs through, and "
                      "its turns come "
                      "{} after the jump than before; nothing is missing",
@@ -391,9 +393,8 @@ void StretchClock(double factor, FlightLog* log) {
 }  // namespace
 
 void AddClockOffset(Examination* e, double lag, Finding finding, const std::string& text) {
-  finding.id = "clock_offset";
+  finding.kind = &fault::kClockOffset;
   finding.size = lag;
-  finding.unit = "s";
   e->AddRepaired(std::move(finding), text,
                  fmt::format("add {:+.3f} s to its stamps (time: offset)", -lag),
                  {.time_offset = -lag});
@@ -412,9 +413,9 @@ void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch&
   const double span = SecondsBetween(e->log.imu.front().t, e->log.imu.back().t);
   const double error =
       e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.drift) * span);
-  const Level level = error > 0.15 ? Level::kBiases : Level::kWidens;
+  const Level level = error > kBodyBias ? Level::kBiases : Level::kWidens;
   e->Add(
-      {"clock_drift", stream, level, match.drift, "s/s", error, match.drift_sigma},
+      {&fault::kClockDrift, stream, level, match.drift, error, match.drift_sigma},
       fmt::format("the clock of {}.csv runs {:.0f} ms a minute {} than that of {}", stream,
                   6e4 * std::abs(match.drift), match.drift > 0.0 ? "faster" : "slower", reference),
       DriftRemedy(e->log, match.drift) + ", then inspect again");
@@ -430,7 +431,7 @@ void FindCopies(Examination* e) {
 std::optional<TimeNs> CheckImuJump(Examination* e) {
   const std::vector<ImuSample>& imu = e->log.imu;
   const Step step = LongestStep(imu);
-  if (step.seconds < kLeastImuJump || step.seconds > kMostImuJump) return std::nullopt;
+  if (step.seconds < kNearLag || step.seconds > kMostImuJump) return std::nullopt;
   const RunningIntegral<3> gyro = GyroIntegral(e->log);
   const LogClock clock(e->log);
   const double at = clock(imu[step.after - 1].t), end = clock(imu.back().t);
@@ -439,8 +440,8 @@ std::optional<TimeNs> CheckImuJump(Examination* e) {
     if (attitude.size() < kFewest || e->IsCopy(stream)) continue;
     if (HasGap(attitude, imu[step.after - 1].t, imu[step.after].t)) continue;
     const auto turns = TurnsOf(attitude, clock, 2 * kMostPairs);
-    const auto before = MatchPart(gyro, turns, 0.0, at, kLeastImuJump);
-    const auto after = MatchPart(gyro, turns, at, end, step.seconds + kLeastImuJump);
+    const auto before = MatchPart(gyro, turns, 0.0, at, kNearLag);
+    const auto after = MatchPart(gyro, turns, at, end, step.seconds + kNearLag);
     if (!before || !after) continue;
     const double jump = before->lag - after->lag;
     if (std::abs(jump - step.seconds) > 0.1 * step.seconds) continue;
@@ -471,7 +472,7 @@ void CheckTimeScale(Examination* e) {
       continue;
     }
     e->Add(
-        {"time_scale", "imu", Level::kFatal, gain, "1", e->log.gravity},
+        {&fault::kTimeScale, "imu", Level::kFatal, gain, e->log.gravity},
         fmt::format("the stamps of the whole log have another unit or rate: the turns of {} are "
                     "{:.3g} times "
                     "those of the gyroscope, and the accelerations of {} {:.3g} times those of the "

@@ -16,7 +16,6 @@ constexpr std::size_t kMostOrdered = 6;  // rotors; permutations of eight take t
 constexpr double kLeastMotorLag = 0.12;  // s, of commands, which motors follow late
 
 constexpr double kMostThrustRatio = 3.0;  // thrust stated against weight; more is no wrong k_f
-constexpr double kNearImu = 0.05;         // s
 
 // Torque per squared speed by each rotor as the vehicle file states it, one column a rotor.
 Eigen::Matrix3Xd Stated(const std::vector<Rotor>& rotors) {
@@ -116,8 +115,8 @@ std::string ChannelsText(const std::vector<std::size_t>& channels) {
 void AddOrder(Examination* e, const RotorLayout& layout, const Order& as_read,
               const BestOrder& found) {
   const Order& best = found.order;
-  Finding finding{"rotor_order", layout.stream, Level::kFatal, best.Places() - as_read.Places(),
-                  "1"};
+  Finding finding{&fault::kRotorOrder, layout.stream, Level::kFatal,
+                  best.Places() - as_read.Places()};
   finding.text = fmt::format(
       "the channels of {}.csv are not in the order of the vehicle's rotors: rotors 1 to {} are "
       "channels {}{}. So ordered, their effect on roll and pitch agrees with the stated places "
@@ -153,8 +152,8 @@ void CheckSpins(Examination* e, const RotorLayout& layout, const Order& order) {
   if (layout.explained.z() < kLittle) return;
   const bool all = wrong.size() == shown && TurnsTheOtherWay(layout, *e->log.vehicle, order);
   if (!all && (2 * shown < order.channel.size() || wrong.empty())) return;
-  Finding finding{all ? "rotor_spins_reversed" : "rotor_spin", layout.stream, Level::kFatal,
-                  static_cast<double>(all ? order.channel.size() : wrong.size()), "rotors"};
+  Finding finding{all ? &fault::kRotorSpinsReversed : &fault::kRotorSpin, layout.stream,
+                  Level::kFatal, static_cast<double>(all ? order.channel.size() : wrong.size())};
   finding.text =
       all ? fmt::format(
                 "every spin of the vehicle is turned round: the rotors that are stated to "
@@ -248,7 +247,7 @@ std::vector<double> ThrustRatios(const FlightLog& log) {
   for (std::size_t i = 0, k = 0; i < all.size(); ++i) {
     while (k + 1 < log.imu.size() && log.imu[k + 1].t <= log.rotors[i].t) ++k;
     const double force = log.imu[k].accel.norm();
-    if (std::abs(SecondsBetween(log.imu[k].t, log.rotors[i].t)) > kNearImu) continue;
+    if (std::abs(SecondsBetween(log.imu[k].t, log.rotors[i].t)) > kHarmless) continue;
     if (all[i] < 0.5 * usual || force < 0.5 * log.gravity) continue;
     ratios.push_back(all[i] / (*log.vehicle->mass * force));
   }
@@ -273,7 +272,7 @@ void CheckThrust(Examination* e) {
   const bool rpm = is(kRpm), unit = rpm || is(2.0 * M_PI);
   const double error = e->log.gravity * std::min(1.0, std::abs(1.0 - ratio));
   const Level level = unit ? Level::kFatal : Level::kBiases;
-  Finding finding{unit ? "rotor_unit" : "rotor_thrust", "rotors", level, ratio, "1", error};
+  Finding finding{unit ? &fault::kRotorUnit : &fault::kRotorThrust, "rotors", level, ratio, error};
   finding.text = fmt::format(
       "in flight the rotors of rotors.csv give {:.3g} times the thrust that mass times specific "
       "force needs, by k_f, mass and speeds as stated{}",

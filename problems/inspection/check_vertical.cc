@@ -18,8 +18,6 @@ namespace trueline {
 namespace {
 
 constexpr double kLeastCalm = 2.0;  // s
-constexpr double kLeastLean = 60.0 * kDegree;
-constexpr double kErrorOfMean = 0.02;  // of gravity, by the mean force
 
 // Mean specific force (m/s^2) over the calm parts, in the body or, by an attitude, in its earth;
 // zero where there are too few.
@@ -75,7 +73,7 @@ bool IsOfGravity(double force, const FlightLog& log) { return !(force < 0.5 * lo
 void CheckGravityMissing(Examination* e) {
   const double usual = UsualForce(e->fixed);
   if (IsOfGravity(usual, e->log)) return;
-  e->Add({"gravity_missing", "imu", Level::kFatal, usual, "m/s^2", e->log.gravity},
+  e->Add({&fault::kGravityMissing, "imu", Level::kFatal, usual, e->log.gravity},
          fmt::format("the accelerometer reads {:.2f} m/s^2 (median of its size), where a vehicle "
                      "in flight reads "
                      "about {:.1f}: gravity is taken out, or it is in another unit",
@@ -114,13 +112,12 @@ bool IsUprightByAttitude(const Examination& e) {
 void CheckBodyUp(Examination* e) {
   const Eigen::Vector3d force = CalmForce(e->fixed, nullptr);
   if (force.norm() < 0.5 * e->log.gravity) return;
-  const double lean = LeanOf(force);
-  if (lean < kLeastLean) return;
+  if (-force.z() > kMajority * force.norm()) return;
   // Then the accelerometer alone is turned, which CheckAccelerometer() or CheckGravity() says.
   if (IsUprightByAttitude(*e)) return;
   const Eigen::Matrix3d repair = ToUpright(force);
-  const double error = e->log.gravity * 2.0 * std::sin(0.5 * lean);
-  Finding finding{"body_up", "imu", Level::kFatal, lean / kDegree, "deg", error};
+  const double lean = LeanOf(force);
+  Finding finding{&fault::kBodyUp, "imu", Level::kFatal, lean / kDegree, ErrorOfTurn(*e, lean)};
   finding.text = fmt::format(
       "in calm flight or at rest the specific force is ({:.1f}, {:.1f}, {:.1f}) m/s^2, where a "
       "body in forward-right-down axes reads (0, 0, {:.1f})",
@@ -161,13 +158,13 @@ std::optional<TurnedForce> ReversedByPasses(const Examination& e) {
   FlightLog up = e.fixed;
   up.attitude = WithEarthUp(up.attitude);
   const auto heading = HeadingOf(up, "fixes", kOrdinaryGain);
-  if (heading && reversed->heading.left > kMuchLess * heading->left) return std::nullopt;
+  if (heading && reversed->heading.left > kExplains * heading->left) return std::nullopt;
   return reversed;
 }
 
 void AddReversed(Examination* e, const TurnedForce& reversed) {
   AddAccelerometerAxes(
-      e, reversed.turn, 2.0 * e->log.gravity,
+      e, reversed.turn, ErrorOfTurn(*e, M_PI),
       fmt::format(
           "the accelerometer's z is reversed: attitude and gyroscope agree with each other, "
           "and with the accelerometer as {} they explain {:.0f} % of the changes of velocity "
@@ -191,7 +188,7 @@ bool IsAccelerometerReversed(Examination* e) {
     if (!fit) continue;
     const double up =
         ResidualOfTurnedBends(e->fixed, WithEarthUp(witness->attitude), witness->bends);
-    return fit->residual < kMuchLess * up;
+    return fit->residual < kExplains * up;
   }
   const auto reversed = ReversedByPasses(*e);
   if (reversed) AddReversed(e, *reversed);
@@ -207,7 +204,7 @@ void CheckEarthUp(Examination* e, const RateWitness& witness) {
   StreamRepair change{.earth = flip};
   if (!of_other) change.position = flip;
   e->AddRepaired(
-      {"earth_up", witness.stream, Level::kFatal, 180.0, "deg", 2.0 * e->log.gravity},
+      {&fault::kEarthUp, witness.stream, Level::kFatal, 180.0, ErrorOfTurn(*e, M_PI)},
       fmt::format("the specific force, turned to earth axes by {}.csv, points along its +z axis "
                   "({:.1f} m/s^2): the attitude's earth has z up, where north-east-down is stated",
                   witness.stream, ForceBy(*e, witness.stream).z()),
@@ -233,8 +230,7 @@ void WithdrawRepairs(const std::string& stream, Examination* e) {
   }
 }
 
-constexpr double kWindow = 0.5;          // s
-constexpr double kLeastGyroBias = 0.02;  // rad/s
+constexpr double kWindow = 0.5;  // s
 
 struct Rest {
   double seconds = 0.0;
@@ -314,8 +310,6 @@ Rest FindRest(const FlightLog& log) {
   return rest;
 }
 
-constexpr double kStandardGravity = 9.80665;  // m/s^2
-
 // What the accelerometer's numbers may be. Gravity that was taken out points along +z of the
 // attitude's earth (1), or along -z where that has z up (-1).
 struct Meaning {
@@ -363,7 +357,7 @@ std::vector<std::optional<double>> ForcesAcross(const Examination& e, const std:
   std::vector<std::optional<double>> across(all.size());
   // Turned by hand it feels gravity alone, the same in earth as read, and across its z.
   const bool flies =
-      n > 0.0 && square / n - (sums[0] / n).squaredNorm() > kMuchLess * squares[0] / n;
+      n > 0.0 && square / n - (sums[0] / n).squaredNorm() > kExplains * squares[0] / n;
   for (std::size_t i = 0; i < all.size() && n > 0.0; ++i) {
     const double mean = sums[all[i].in_earth ? 1 : 0].norm() / n;
     const bool removed = mean < kLittle * std::sqrt(square / n);
@@ -391,11 +385,10 @@ void CheckGravity(Examination* e) {
     }
   }
   for (const auto& [stream, lean] : leaning) {
-    const double error = e->log.gravity * 2.0 * std::sin(0.5 * lean * kDegree);
     const bool repaired = !e->result.repairs.streams.empty();
     WithdrawRepairs(stream, e);
     e->Add(
-        {"gravity_direction", stream, Level::kFatal, lean, "deg", error},
+        {&fault::kGravityDirection, stream, Level::kFatal, lean, ErrorOfTurn(*e, lean * kDegree)},
         fmt::format("the specific force in calm flight, turned to earth by {}.csv, points {:.0f} "
                     "deg away from up{}",
                     stream, lean, repaired ? ", also after the repairs that were tried" : ""),
@@ -422,7 +415,7 @@ void CheckRest(Examination* e) {
   const double off = rest.force.norm() - e->log.gravity;
   if (std::abs(off) > kForceError) {
     const double size = rest.force.norm() / e->log.gravity;
-    const Finding finding{"gravity_at_rest", "imu", Level::kBiases, size, "1", std::abs(off)};
+    const Finding finding{&fault::kGravityAtRest, "imu", Level::kBiases, size, std::abs(off)};
     e->Add(finding,
            fmt::format("at rest ({:.1f} s) the accelerometer reads {:.3f} m/s^2, {:.3f} of "
                        "gravity: its scale or "
@@ -430,8 +423,8 @@ void CheckRest(Examination* e) {
                        rest.seconds, rest.force.norm(), finding.size),
            "calibrate the sensor in six positions; the calibration estimates a bias");
   }
-  if (rest.rate.norm() > kLeastGyroBias) {
-    e->Add({"gyro_bias_at_rest", "imu", Level::kWidens, rest.rate.norm(), "rad/s"},
+  if (rest.rate.norm() > kGyroscope.still) {
+    e->Add({&fault::kGyroBiasAtRest, "imu", Level::kWidens, rest.rate.norm()},
            fmt::format("at rest ({:.1f} s) the gyroscope reads ({:.4f}, {:.4f}, {:.4f}) rad/s",
                        rest.seconds, rest.rate.x(), rest.rate.y(), rest.rate.z()),
            "subtract it (gyro: offset in the map, in the file's own axes: for body: FLU with the "
@@ -448,12 +441,12 @@ void CheckForce(Examination* e) {
   for (std::size_t i = 1; i < all.size(); ++i) {
     if (across[i] && across[best] && *across[i] < *across[best]) best = i;
   }
-  if (best == 0 || *across[best] > kMuchLess * *across[0] ||
+  if (best == 0 || *across[best] > kExplains * *across[0] ||
       *across[0] - *across[best] < kOtherScale * e->log.gravity) {
     return;
   }
   const Meaning& meaning = all[best];
-  Finding finding{"not_specific_force", "imu", Level::kFatal, *across[0], "m/s^2", *across[0]};
+  Finding finding{&fault::kNotSpecificForce, "imu", Level::kFatal, *across[0], *across[0]};
   finding.text = fmt::format(
       "the accelerometer's numbers are{}{}: so read, {:.2f} m/s^2 (rms) of the force are across "
       "the thrust, as read {:.2f}",

@@ -21,9 +21,6 @@ struct RateWitness {
   Eigen::Matrix3d turn;  // plain: its rates = turn * those of the gyroscope
 };
 
-// Of the logarithm of a scale: another unit is farther off, a sensor's own scale is not.
-inline constexpr double kOtherUnit = 0.2;
-
 // A unit that was read as the SI unit, and what makes SI of its numbers.
 struct KnownUnit {
   const char* si;
@@ -69,9 +66,9 @@ std::vector<AttitudeSample> AttitudesOf(const FlightLog& log, const std::string&
 
 // Streams whose attitude repeats that of attitude.csv.
 void FindCopies(Examination* e);
-// Time that streams share with the IMU; whether there is an attitude, unless rotor speeds may drive
-// the model.
-void CheckCover(Examination* e);
+// Time that the streams of a log share with its IMU; whether there is an attitude, unless rotor
+// speeds may drive the model.
+void CheckCover(const FlightLog& log, Examination* e);
 // That the log has no attitude.
 std::optional<Finding> MissingAttitude(const FlightLog& log);
 // Rows that are no measurement, or repeat, or were lost or moved by the conversion.
@@ -128,14 +125,19 @@ void AddClockOffset(Examination* e, double lag, Finding finding, const std::stri
 void AddAccelerometerAxes(Examination* e, const Eigen::Matrix3d& turn, double error,
                           const std::string& text);
 
-// Adds a finding that the accelerometer's readings times `factor` are right, which `why` explains,
-// and repairs them; by the exact factor where it is that of a unit.
+// Adds `finding` that a stream's numbers times `factor` are right, and repairs that scale: by the
+// exact factor, and as a fatal fault, where `unit` is the one that they are in.
+void AddScale(Examination* e, double StreamRepair::*scale, double factor, const KnownUnit* unit,
+              Finding finding, const std::string& text);
+// Of the accelerometer's readings; `why` explains it.
 void AddAccelerometerScale(Examination* e, double factor, double sigma, const std::string& why);
 
 // Adds `finding`, whose stream and error are stated, as one of the stream's axes of position, which
 // differ from the right ones by `turn`, and turns the positions back.
 void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding,
                      const std::string& text);
+
+inline constexpr double kFixLagReach = 1.5;  // s, of fixes against mocap
 
 // Removes the fixes of gates that differ from mocap by far more than those of the other gates, at
 // the lag that suits most fixes. A note names each gate and its displacement: a gate that stands
@@ -152,6 +154,10 @@ bool IsSignedPermutation(const Eigen::Matrix3d& m);
 double TurnSize(const Eigen::Matrix3d& turn);
 // Of axes that are turned by `size` (deg): an attitude may err by as much as a small turn.
 Level LevelOfTurn(double size);
+// m/s^2, by which a specific force the size of gravity is off where it is turned by `angle` (rad).
+double ErrorOfTurn(const Examination& e, double angle);
+// Of a stream that is late, which makes an error (m/s^2) of the specific force.
+Level LevelOfLag(const VectorMatch& match, double error);
 // rad, between a specific force and that of level flight, along -z.
 double LeanOf(const Eigen::Vector3d& force);
 

@@ -18,52 +18,16 @@
 namespace trueline {
 namespace {
 
-// A fault of single samples of rotors or motors, which harms the models that they drive.
-bool IsOfRotorSamples(const Finding& finding) {
-  if (finding.stream != "rotors" && finding.stream != "motors") return false;
-  return finding.id == "spikes" || finding.id == "gaps" || finding.id == "rotors_slow";
-}
-
-// What makes a fit worthless; smaller faults are for those who ask trueline-inspect.
-bool IsForAll(const Finding& finding) {
-  if (finding.level == Level::kFatal) return true;
-  if (finding.id == "clock_offset") return std::abs(finding.size) > kHarmless;
-  if (finding.id == "clock_drift") return std::abs(finding.size) > kPlaceClock.drift;
-  if (IsOfRotorSamples(finding)) return finding.level == Level::kBiases;
-  if (finding.id == "repeats") return finding.stream == "fixes";
-  if (finding.id == "spikes") return finding.stream == "imu" && finding.level == Level::kBiases;
-  if (finding.id == "gyro_scale") return std::abs(std::log(finding.size)) > kOtherUnit;
-  for (const char* id : {"cover", "attitude_missing", "stuck", "dead_axis", "dead_rotor",
-                         "clock_jump", "position_spread", "accelerometer_scale", "lateral_force",
-                         "heading_offset", "heading_drift", "rotor_thrust"}) {
-    if (finding.id == id) return true;
-  }
-  return false;
-}
-
-bool IsOfWholeLog(const Finding& finding) {
-  return finding.id == "cover" || finding.id == "attitude_missing";
-}
-
 // Of a long log, cover by the whole and all else by its middle.
 std::vector<Finding> FindingsOf(const FlightLog& log) {
   const std::optional<FlightLog> middle = MiddleOfLong(log);
-  if (!middle) return Inspect(log, {}).findings;
-  const FileAttitudes sources;
-  Examination whole{log, sources, {}, {}, {}};
-  CheckCover(&whole);
-  std::vector<Finding> findings = whole.result.findings;
-  for (const Finding& finding : Inspect(*middle, {}).findings) {
-    if (!IsOfWholeLog(finding)) findings.push_back(finding);
-  }
-  return findings;
+  return Inspect(middle ? *middle : log, {}, &log).findings;
 }
 
 // A single spike of the IMU moves one window's bias; that of a rotor is a large moment that the
 // vehicle never felt. The other faults last for the whole flight.
 bool MakesWrong(const Finding& finding) {
-  return finding.level == Level::kFatal ||
-         (finding.level == Level::kBiases && (finding.id != "spikes" || IsOfRotorSamples(finding)));
+  return finding.Biases() && (finding.kind != &fault::kSpikes || finding.stream != "imu");
 }
 
 // Whether a fit by this drive may read the stream. Which of pose.csv and mocap.csv the rotors' fit
@@ -85,17 +49,19 @@ bool MayRead(ForDrive drive, const std::string& stream) {
 std::vector<Finding> FindingsForAll(const FlightLog& log, ForDrive drive) {
   std::vector<Finding> findings = FindingsOf(log);
   std::erase_if(findings, [&](const Finding& finding) {
-    return !IsForAll(finding) || !MayRead(drive, finding.stream);
+    const auto is_warned = finding.kind->is_warned;
+    return !MayRead(drive, finding.stream) ||
+           !(finding.level == Level::kFatal || (is_warned != nullptr && is_warned(finding)));
   });
   if (drive == ForDrive::kAny) return findings;
-  std::erase_if(findings, [](const Finding& f) { return f.id == "attitude_missing"; });
+  std::erase_if(findings, [](const Finding& f) { return f.kind == &fault::kAttitudeMissing; });
   const auto missing = drive == ForDrive::kImu ? MissingAttitude(log) : std::nullopt;
   if (missing) findings.push_back(*missing);
   return findings;
 }
 
 std::string WarningOf(const Finding& finding) {
-  return fmt::format("{} ({}): {}. Nothing is corrected; {}. trueline inspect {}", finding.id,
+  return fmt::format("{} ({}): {}. Nothing is corrected; {}. trueline inspect {}", finding.kind->id,
                      NameOf(finding.level), finding.text, finding.remedy,
                      finding.repaired ? "writes the corrected map" : "tells more");
 }
@@ -126,9 +92,9 @@ std::vector<std::string> FirstLook(const FlightLog& log, ForDrive drive,
   for (const Finding& finding : FindingsForAll(log, drive)) {
     warnings.push_back(WarningOf(finding));
     if (faults == nullptr || !MakesWrong(finding)) continue;
-    faults->push_back({log.directory, finding.id, finding.stream, finding.size,
+    faults->push_back({log.directory, finding.kind, finding.stream, finding.size,
                        finding.level == Level::kFatal,
-                       fmt::format("{}: {}", finding.id, finding.text)});
+                       fmt::format("{}: {}", finding.kind->id, finding.text)});
   }
   return warnings;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/inspection/fault.h"
 #include "problems/log/flight_log.h"
 
 namespace trueline {
@@ -13,8 +14,9 @@ namespace trueline {
 // A finding that makes parameters wrong, as results state it.
 struct LogFault {
   std::string log;  // its directory
-  std::string id, stream;
-  double size;  // in the finding's unit
+  const FaultKind* kind;
+  std::string stream;
+  double size;  // in the kind's unit
   bool fatal;
   std::string text;  // "id: what is wrong"
 };
@@ -39,7 +41,7 @@ std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
 // The warnings of several flights, each with its directory.
 std::vector<std::string> WarningsByFlight(std::span<const FlightLog> logs);
 
-// What Inspect() finds that makes a fit worthless (IsForAll in first_look.cc), each with its
+// What Inspect() finds that makes a fit worthless (FaultKind::is_warned), each with its
 // remedy; the warnings of ReadAndLook. Of a flight longer than six minutes it inspects the middle
 // three, so that it stays cheap beside a calibration.
 std::vector<std::string> FirstLook(const FlightLog& log, ForDrive drive = ForDrive::kAny,

@@ -21,9 +21,6 @@
 namespace trueline {
 namespace {
 
-constexpr std::size_t kFewestOfGate = 5;  // fixes
-constexpr double kFixLagReach = 2.0;      // s
-
 // What a fix differs from mocap by.
 struct Off {
   int gate;
@@ -108,7 +105,7 @@ bool IsSmallerInHalves(const Change& change) {
 
 // A part of the fixes that is right agrees with mocap as well as the others do.
 bool FitsLikeOthers(const Change& change) {
-  if (change.others.size() < 2 * kFewestOfGate) return true;
+  if (change.others.size() < kFewestOfPart) return true;
   return SpreadOf(change.after, false) <
          kLikely * Spread(change.others, MiddlesOf(change.after.all, false));
 }
@@ -135,7 +132,7 @@ Offs OffsAtBestLag(const FlightLog& log) {
 }
 
 void NoteGate(Examination* e, int gate, const Eigen::Vector3d& apart) {
-  e->Add({"gate_apart", "fixes", Level::kNote, apart.norm(), "m"},
+  e->Add({&fault::kGateApart, "fixes", Level::kNote, apart.norm()},
          fmt::format("fixes of gate {} differ from mocap by ({:.2f}, {:.2f}, {:.2f}) m more than "
                      "those of other "
                      "gates; they are not compared with other streams",
@@ -148,7 +145,7 @@ void NoteGate(Examination* e, int gate, const Eigen::Vector3d& apart) {
 bool BringsFixesToMocap(const Examination& e, const std::vector<Fix>& before,
                         const std::vector<Fix>& changed) {
   const Change change = ChangeOf(e.fixed, before, changed);
-  if (change.before.changed.size() < 2 * kFewestOfGate || !IsSmallerInHalves(change)) return false;
+  if (change.before.changed.size() < kFewestOfPart || !IsSmallerInHalves(change)) return false;
   if (!FitsLikeOthers(change)) return false;
   const double after = SpreadOf(change.after, false);
   const double by_gates = SpreadOf(change.before, true);
@@ -252,8 +249,6 @@ std::array<AxisSpread, 3> SpreadOfAxes(const std::vector<VectorPair>& pairs) {
 // A clock that was set in flight, or a recorder that held fixes back: a part of the fixes fits
 // mocap at another lag than the rest.
 
-constexpr double kLongestJump = 1.5;      // s, each way
-constexpr double kLeastClockJump = 0.15;  // s
 constexpr std::size_t kCoarseParts = 16;
 
 // One part of the fixes at a lag, the rest at another one. Indices of fixes and lags.
@@ -266,7 +261,7 @@ class LaggedFixes {
   explicit LaggedFixes(const FlightLog& log) {
     const PairsAt pairs_at = FixPairs(log);
     for (const VectorPair& pair : pairs_at(0.0)) times_.push_back(pair.t);
-    const int reach = static_cast<int>(std::round(kLongestJump / kCoarseStep));
+    const int reach = static_cast<int>(std::round(kFixLagReach / kCoarseStep));
     for (int k = -reach; k <= reach; ++k) {
       lags_.push_back(k * kCoarseStep);
       upto_.push_back(UpTo(pairs_at(lags_.back())));
@@ -358,7 +353,7 @@ bool IsJump(const Examination& e, const LaggedFixes& fixes, const Division& d) {
     return Moved(e.fixed, fixes, d, lag, rest);
   };
   const std::vector<Fix> own = moved(d.lag, d.rest_lag);
-  return std::abs(fixes.lag(d.lag) - fixes.lag(d.rest_lag)) >= kLeastClockJump &&
+  return std::abs(fixes.lag(d.lag) - fixes.lag(d.rest_lag)) >= kHarmless &&
          BringsFixesToMocap(e, moved(d.rest_lag, d.rest_lag), own) &&
          BringsFixesToMocap(e, moved(d.lag, d.lag), own);
 }
@@ -366,16 +361,16 @@ bool IsJump(const Examination& e, const LaggedFixes& fixes, const Division& d) {
 }  // namespace
 
 void LeaveOutGatesApart(Examination* e) {
-  if (e->fixed.fixes.size() < 2 * kFewestOfGate) return;
+  if (e->fixed.fixes.size() < kFewestOfPart) return;
   const Offs offs = OffsAtBestLag(e->fixed);
-  if (offs.size() < 2 * kFewestOfGate) return;
+  if (offs.size() < kFewestOfPart) return;
   const Eigen::Vector3d middle = MedianOf(offs);
   const double spread = Spread(offs, MiddlesOf(offs, false)), sigma = MedianSigma(e->fixed.fixes);
   if (spread > kLikely * sigma) return;  // most fixes differ by more than a lag
   const double usual = std::max(spread, sigma);
   for (const auto& [gate, own] : ByGate(offs)) {
     const Eigen::Vector3d apart = MedianOf(own) - middle;
-    if (own.size() < kFewestOfGate || apart.norm() < kLikely * usual) continue;
+    if (2 * own.size() < kFewestOfPart || apart.norm() < kLikely * usual) continue;
     NoteGate(e, gate, apart);
     std::erase_if(e->fixed.fixes, [id = gate](const Fix& fix) { return fix.gate == id; });
   }
@@ -419,7 +414,7 @@ void CheckSpread(Examination* e) {
   if (worst->about_mocap < odd || best->about_median > kLikely * sigma) return;
   // A zero of its own may be meant, as of heights.
   const Level level = worst->about_median < odd ? Level::kBiases : Level::kFatal;
-  e->Add({"position_spread", "fixes", level, worst->about_mocap, "m"},
+  e->Add({&fault::kPositionSpread, "fixes", level, worst->about_mocap},
          fmt::format("{} of fixes.csv differs by {:.3g} m from mocap.csv, another axis by {:.2g} m",
                      "xyz"[worst - axes.begin()], worst -> about_mocap, best -> about_mocap),
          "check the unit and the zero of this column, and which column is which axis");
@@ -431,7 +426,7 @@ void CheckClockJump(Examination* e) {
   const Division best = BestDivision(fixes);
   if (best.to == 0 || !IsJump(*e, fixes, best)) return;
   const double jump = fixes.lag(best.lag) - fixes.lag(best.rest_lag);
-  e->Add({"clock_jump", "fixes", Level::kBiases, jump, "s"},
+  e->Add({&fault::kClockJump, "fixes", Level::kBiases, jump},
          fmt::format("the clock of fixes.csv jumps: against mocap, fixes from {:.2f} to {:.2f} s "
                      "come {} than the others",
                      fixes.time(best.from), fixes.time(best.to - 1), LateText(jump)),

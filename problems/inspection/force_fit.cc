@@ -11,8 +11,7 @@
 namespace trueline {
 namespace {
 
-constexpr double kLeastForceNoise = 0.05;  // m/s^2, of a bend
-constexpr double kAlikeBends = 10.0;       // neighbours whose errors are one error
+constexpr double kAlikeBends = 10.0;  // neighbours whose errors are one error
 
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 
@@ -76,11 +75,11 @@ class BiasedFit {
 
   Solution Solve() const {
     const Sums all = Total(blocks_);
-    double square = kLeastForceNoise * kLeastForceNoise;  // of a row's noise
+    double square = kForceNoise * kForceNoise;  // of a row's noise
     Eigen::Vector<double, N + 3> best;
     for (int pass = 0; pass < 3; ++pass) {
       best = Best(all, square);
-      square = std::max(all.Cost(best) / all.n, kLeastForceNoise * kLeastForceNoise);
+      square = std::max(all.Cost(best) / all.n, kForceNoise * kForceNoise);
     }
     const Matrix open = kAlikeBends * square * Weighed(all, square).inverse();
     Solution solution{best.template head<N>(), {}};

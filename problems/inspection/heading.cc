@@ -21,10 +21,8 @@ namespace {
 
 using Complex = std::complex<double>;  // north + i east
 
-constexpr double kGainStep = 1.4;                   // from one gain that is tried to the next
-constexpr double kSteadyForce = 0.15;               // m/s^2, prior sigma of b, each axis
-constexpr double kLeastNoise = 0.03;                // m/s, of a change of velocity
-constexpr double kHardlyUncertain = 5.0 * kDegree;  // of a heading, sigma
+constexpr double kGainStep = 1.4;     // from one gain that is tried to the next
+constexpr double kLeastNoise = 0.03;  // m/s, of a change of velocity
 constexpr std::size_t kLeastArcs = 8;
 constexpr int kAngles = 120;  // that are tried
 constexpr double kAngleStep = 2.0 * M_PI / kAngles;
@@ -196,8 +194,7 @@ double LeftAtAngle(const ArcSums& sums, double noise, double angle) {
   turn.bottomRightCorner<4, 4>().setIdentity();
   const auto weight = [&](double sigma) { return noise * noise / (sigma * sigma); };
   Vector5 weights;
-  weights << weight(kOtherScale), Eigen::Vector2d::Constant(weight(kSteadyForce)),
-      Eigen::Vector2d::Constant(weight(kBodyBias));
+  weights << weight(kOtherScale), Eigen::Vector4d::Constant(weight(kBodyBias));
   Eigen::Matrix<double, 5, 5> a = turn.transpose() * sums.a * turn;
   a.diagonal() += weights;
   Vector5 b = turn.transpose() * sums.b;
@@ -339,7 +336,7 @@ Finding OffsetOf(const Heading& heading, double gravity) {
   const double error = gravity * std::abs(std::sin(heading.angle));
   const double size = heading.angle / kDegree, sigma = heading.sigma / kDegree;
   const Level level = LevelOfTurn(std::abs(size));
-  return {"heading_offset", "attitude", level, size, "deg", error, sigma};
+  return {&fault::kHeadingOffset, "attitude", level, size, error, sigma};
 }
 
 void AddOffset(Examination* e, const std::string& stream, const HeadingPair& pair) {
@@ -397,7 +394,7 @@ bool AddDrift(Examination* e, const std::string& stream) {
   const double seconds = SecondsBetween(from, to);
   const double sigma = std::hypot(first->sigma, second->sigma) / (0.5 * seconds);
   e->Add(
-      {"heading_drift", "attitude", Level::kBiases, drift.size / kDegree / seconds, "deg/s",
+      {&fault::kHeadingDrift, "attitude", Level::kBiases, drift.size / kDegree / seconds,
        e->log.gravity * std::abs(std::sin(drift.size)), sigma / kDegree},
       fmt::format(
           "the heading of attitude.csv drifts rather than being turned: north of {}.csv is off by "
@@ -483,7 +480,7 @@ void CheckHeading(Examination* e) {
     const auto heading = HeadingOf(e->fixed, stream, kOrdinaryGain);
     if (!heading) continue;
     const bool small = std::abs(heading->angle) < e->other_axes;
-    if (small && heading->sigma < kHardlyUncertain) return;
+    if (small && heading->sigma < kAbsorbedHeading) return;
     const auto any = HeadingOf(e->fixed, stream, kAnyGain);
     if (!any) continue;
     const HeadingPair pair{*heading, *any};

@@ -16,15 +16,13 @@
 namespace trueline {
 namespace {
 
-constexpr double kMetresOfFoot = 0.3048;
-
 constexpr auto kReadAsSi = std::to_array<KnownUnit>({
-    {"m/s^2", "g", 9.80665},
-    {"m/s^2", "thousandths of g", 9.80665e-3},
+    {"m/s^2", "g", kStandardGravity},
+    {"m/s^2", "thousandths of g", 1e-3 * kStandardGravity},
     {"m/s^2", "cm/s^2", 1e-2},
     {"m/s^2", "mm/s^2", 1e-3},
-    {"m/s^2", "ft/s^2", kMetresOfFoot},
-    {"m/s^2", "m/s^2 converted as if from g", 1.0 / 9.80665},
+    {"m/s^2", "ft/s^2", 0.3048},
+    {"m/s^2", "m/s^2 converted as if from g", 1.0 / kStandardGravity},
     {"rad/s", "deg/s", kDegree},
     {"rad/s", "thousandths of deg/s", 1e-3 * kDegree},
     {"rad/s", "rpm", kRpm},
@@ -35,8 +33,8 @@ constexpr auto kReadAsSi = std::to_array<KnownUnit>({
     {"m", "cm", 1e-2},
     {"m", "mm", 1e-3},
     {"m", "km, or m converted as if from mm", 1e3},
-    {"m", "ft", kMetresOfFoot},
-    {"m", "m converted as if from ft", 1.0 / kMetresOfFoot},
+    {"m", "ft", 0.3048},
+    {"m", "m converted as if from ft", 1.0 / 0.3048},
 });
 
 std::string SignedAxis(const Eigen::RowVector3d& row) {
@@ -75,12 +73,12 @@ void Combine(const StreamRepair& change, StreamRepair* all) {
 
 YAML::Node FindingNode(const Finding& f) {
   YAML::Node node;
-  node["id"] = f.id;
+  node["id"] = f.kind->id;
   node["stream"] = f.stream;
   node["level"] = NameOf(f.level);
   node["size"] = Rounded(f.size, 5);
   if (std::isfinite(f.sigma)) node["sigma"] = Rounded(f.sigma, 3);
-  node["unit"] = f.unit;
+  node["unit"] = f.kind->unit;
   if (f.error > 0.0) {
     node["force_error"] = FlowMap({{"value", Rounded(f.error, 3)}, {"unit", "m/s^2"}});
   }
@@ -169,11 +167,6 @@ YAML::Node RotorsNode(const RotorLayout& layout) {
 
 }  // namespace
 
-const char* NameOf(Level level) {
-  constexpr std::array<const char*, 4> kNames = {"fatal", "biases", "widens", "note"};
-  return kNames[static_cast<std::size_t>(level)];
-}
-
 bool Examination::IsCopy(const std::string& stream) const {
   return std::find(copies.begin(), copies.end(), stream) != copies.end();
 }
@@ -230,6 +223,17 @@ std::string UnitText(const KnownUnit* unit) {
                            unit->name, unit->factor);
 }
 
+void AddScale(Examination* e, double StreamRepair::*scale, double factor, const KnownUnit* unit,
+              Finding finding, const std::string& text) {
+  StreamRepair change;
+  change.*scale = unit != nullptr ? unit->factor : factor;
+  if (unit != nullptr) finding.level = Level::kFatal;
+  e->AddRepaired(std::move(finding), text,
+                 fmt::format("multiply its numbers by {:.6g}{}; check the unit and the range",
+                             change.*scale, UnitText(unit)),
+                 change);
+}
+
 std::vector<AttitudeSample> AttitudesOf(const FlightLog& log, const std::string& stream) {
   if (stream == "mocap") return AttitudesOf(log.mocap);
   if (stream == "pose") return AttitudesOf(log.pose);
@@ -256,6 +260,15 @@ double TurnSize(const Eigen::Matrix3d& turn) {
   return TurnBetween(turn, Eigen::Matrix3d::Identity()).norm() / kDegree;
 }
 
+Level LevelOfLag(const VectorMatch& match, double error) {
+  if (match.unshifted < 0.6 * match.correlation) return Level::kFatal;
+  return error > kBodyBias ? Level::kBiases : Level::kWidens;
+}
+
+double ErrorOfTurn(const Examination& e, double angle) {
+  return 2.0 * e.log.gravity * std::sin(0.5 * angle);
+}
+
 Level LevelOfTurn(double size) { return size > 15.0 ? Level::kFatal : Level::kBiases; }
 
 double LeanOf(const Eigen::Vector3d& force) {
@@ -276,12 +289,12 @@ std::string LateText(double seconds) {
   return fmt::format("{:.3f} s {}", std::abs(seconds), seconds > 0.0 ? "later" : "earlier");
 }
 
-Inspection Inspect(const FlightLog& log, const FileAttitudes& sources) {
+Inspection Inspect(const FlightLog& log, const FileAttitudes& sources, const FlightLog* whole) {
   Examination e{log, sources, log, {}, {}};
   FindCopies(&e);
   const std::optional<TimeNs> jump = CheckImuJump(&e);
   e.result.streams = CheckStreams(log, jump, &e.result.findings);
-  CheckCover(&e);
+  CheckCover(whole != nullptr ? *whole : log, &e);
   CheckRows(&e);
   CheckFrozen(&e);
   const auto imu = std::find_if(e.result.streams.begin(), e.result.streams.end(),
@@ -341,7 +354,7 @@ std::string InspectionTable(const Inspection& inspection) {
                                     : "No fault was found in what could be checked.\n";
   }
   for (const Finding& f : inspection.findings) {
-    text += fmt::format("{:<7} {:<21} {}\n        {}\n", NameOf(f.level), f.id, f.text,
+    text += fmt::format("{:<7} {:<21} {}\n        {}\n", NameOf(f.level), f.kind->id, f.text,
                         f.remedy + (f.repaired ? " [in corrected_map.yaml]" : ""));
   }
   for (const std::string& note : inspection.notes) {

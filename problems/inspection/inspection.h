@@ -30,8 +30,10 @@ struct Inspection {
   std::vector<std::string> notes;  // what could not be checked, and why
 };
 
-// `sources`: see repair.h. Nothing of `log` is changed.
-Inspection Inspect(const FlightLog& log, const FileAttitudes& sources);
+// `sources`: see repair.h. Nothing of `log` is changed. `whole`: the log that it is a part of,
+// whose streams are to cover each other.
+Inspection Inspect(const FlightLog& log, const FileAttitudes& sources,
+                   const FlightLog* whole = nullptr);
 
 // `corrected`: the command that converts by the corrected map; empty without one. `log`: what was
 // inspected.

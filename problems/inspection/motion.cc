@@ -16,7 +16,7 @@ constexpr double kMostGrid = 200000;  // steps of the grid
 constexpr double kLongestBaseline = 0.5;
 constexpr double kMostTurn = 0.8;  // rad, over which a mean rate stands for a rotation
 
-double ImuGap(const FlightLog& log) { return std::max(0.05, 5.0 * MedianStep(log.imu)); }
+double ImuGap(const FlightLog& log) { return std::max(0.05, kLongStep * MedianStep(log.imu)); }
 
 template <int N, class Value>
 RunningIntegral<N> IntegralAtImu(const FlightLog& log, const std::vector<AttitudeSample>& attitude,

@@ -64,11 +64,9 @@ Repairs OfMeaning(const Repairs& all, bool units_alone) {
   return part;
 }
 
-bool IsFault(const Finding& finding) { return finding.level <= Level::kBiases; }
-
 std::size_t CountFaults(const Inspection& inspection) {
-  return static_cast<std::size_t>(
-      std::count_if(inspection.findings.begin(), inspection.findings.end(), IsFault));
+  return static_cast<std::size_t>(std::count_if(
+      inspection.findings.begin(), inspection.findings.end(), std::mem_fn(&Finding::Biases)));
 }
 
 struct Reading {
@@ -100,8 +98,8 @@ std::vector<std::string> TakenAway(const Inspection& before, const Inspection& a
   for (const Finding& finding : before.findings) {
     const bool stays = std::any_of(
         after.findings.begin(), after.findings.end(),
-        [&](const Finding& f) { return f.id == finding.id && f.stream == finding.stream; });
-    if (stays || !finding.repaired || !IsFault(finding)) continue;
+        [&](const Finding& f) { return f.kind == finding.kind && f.stream == finding.stream; });
+    if (stays || !finding.repaired || !finding.Biases()) continue;
     lines.push_back(fmt::format(
         "the names suggested another meaning; as the log shows, {}. The map corrects that",
         finding.text));

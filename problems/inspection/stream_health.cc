@@ -17,11 +17,9 @@
 namespace trueline {
 namespace {
 
-constexpr double kLongStep = 5.0;  // median steps that make a gap
 constexpr double kSpikeSigmas = 15.0;
 constexpr double kRareSpikes = 0.005;    // share: more often is no spike but vibration
 constexpr double kUsualVibration = 5.0;  // m/s^2
-constexpr double kMotorLag = 0.01;       // s, to change a speed: a shorter step loses none of it
 constexpr double kMostLostSpeed = 0.01;  // of the mean speed
 
 struct Spikes {
@@ -114,9 +112,9 @@ RotorSpikes SpikesOfRotors(const std::vector<ChannelsSample>& samples) {
     std::vector<double> values;
     for (const ChannelsSample& sample : samples) values.push_back(sample.values[k]);
     // What stands still drives nothing, and motors take longer than one sample to change so.
-    const double turning = kNotable * Quantile(values, 0.9);
+    const double turning = kLittle * Quantile(values, 0.9);
     const Spikes spikes = FindSpikes(values, [turning](double speed) {
-      return speed > turning ? kNotable * speed : std::numeric_limits<double>::infinity();
+      return speed > turning ? kLittle * speed : std::numeric_limits<double>::infinity();
     });
     if (spikes.count > most.spikes.count) most = {k, spikes};
   }
@@ -161,21 +159,22 @@ class HealthFindings {
   void Timing(const StreamHealth& h) {
     const bool imu = h.stream == "imu";
     if (imu && h.rate < kUsualImuRate) {
-      Add("imu_slow", h, h.rate < kLeastImuRate ? Level::kFatal : Level::kWidens, h.rate, "Hz",
+      Add(fault::kImuSlow, h, h.rate < kLeastImuRate ? Level::kFatal : Level::kWidens, h.rate,
           fmt::format("the IMU is logged at {:.3g} Hz; {}", h.rate,
                       h.rate < kLeastImuRate ? "no manoeuvre can be integrated"
                                              : "fast manoeuvres are integrated poorly"),
           "log it at 100 Hz or more");
     }
     if (imu && h.rate > kFastestImuRate) {
-      Add("imu_fast", h, Level::kFatal, h.rate, "Hz",
+      Add(fault::kImuFast, h, Level::kFatal, h.rate,
           fmt::format("the IMU is logged at {:.3g} Hz, faster than any sensor: its stamps are not "
                       "in the unit that is stated",
                       h.rate),
           "state the `unit` of its time; days, as a spreadsheet counts them, have `scale: 86400`");
     }
-    if (h.stream != "fixes" && h.rate > 0.0 && h.jitter > kNotable / h.rate) {
-      Add("jitter", h, imu || h.stream == "attitude" ? Level::kWidens : Level::kNote, h.jitter, "s",
+    if (h.stream != "fixes" && h.rate > 0.0 && h.jitter > kLittle / h.rate) {
+      Add(fault::kJitter, h, imu || h.stream == "attitude" ? Level::kWidens : Level::kNote,
+          h.jitter,
           fmt::format("the steps between stamps scatter by {:.1f} ms about {:.1f} ms",
                       1e3 * h.jitter, 1e3 / h.rate),
           "log the time of measurement, not that of arrival");
@@ -185,13 +184,13 @@ class HealthFindings {
     const bool drives = h.stream == "rotors" || h.stream == "motors";
     const bool long_gap = h.longest > kHarmless;
     if (h.gaps > 0 && (imu || h.stream == "attitude" || (drives && long_gap))) {
-      Add("gaps", h, h.lost > 0.02 * span ? Level::kBiases : Level::kWidens, h.lost, "s",
+      Add(fault::kGaps, h, h.lost > 0.02 * span ? Level::kBiases : Level::kWidens, h.lost,
           fmt::format("gaps: {}, the longest {:.3f} s", h.gaps, h.longest),
           "log on a faster card or at a lower rate");
     }
     if (h.IsHeld()) {
-      Add("repeats", h, imu || h.stream == "fixes" ? Level::kBiases : Level::kWidens, h.repeats,
-          "1",
+      Add(fault::kRepeats, h, imu || h.stream == "fixes" ? Level::kBiases : Level::kWidens,
+          h.repeats,
           fmt::format(
               "{:.0f} % of the samples repeat the one before: the sensor is slower than the "
               "{:.0f} Hz of its stamps, which are late by up to a held sample",
@@ -200,14 +199,14 @@ class HealthFindings {
       findings_->back().repaired = !imu;
     }
     if (h.spikes > 0 && !drives) {
-      Add("spikes", h, Level::kBiases, h.spikes, "samples",
+      Add(fault::kSpikes, h, Level::kBiases, h.spikes,
           fmt::format("{} positions stand apart from those before and after", h.spikes),
           "leave them out (`accept: [{columns: [...], median: {window: 7, within: 0.1}}]`)");
     }
   }
   void Imu(const StreamHealth& h) {
     for (const Saturation& at : ImuSaturations(log_.imu)) {
-      Add("saturation", h, Level::kBiases, at.episodes.duration, "s",
+      Add(fault::kSaturation, h, Level::kBiases, at.episodes.duration,
           fmt::format("{} stays at its extreme value {:.4g} {} times, {:.3f} s in all, first at "
                       "{:.3f} s",
                       at.axis, at.at, at.episodes.count, at.episodes.duration, at.episodes.first),
@@ -221,17 +220,18 @@ class HealthFindings {
     const std::vector<std::size_t> still = StillChannels(samples);
     if (still.empty() || still.size() == samples.front().values.size()) return;
     for (const std::size_t k : still) {
-      Add("dead_rotor", h, Level::kBiases, static_cast<double>(k + 1), "1",
+      Add(fault::kDeadRotor, h, Level::kBiases, static_cast<double>(k + 1),
           fmt::format("rotor {} stays at {:.6g} for the whole log, while others change", k + 1,
                       samples.front().values[k]),
           "check the column of this rotor in the map");
     }
   }
   void SlowRotors(const StreamHealth& h, const std::vector<ChannelsSample>& samples) {
-    if (h.stream != "rotors" || !(h.rate > 0.0) || h.rate * kMotorLag >= 1.0) return;
+    // Motors take longer to change a speed than a step at an IMU's usual rate.
+    if (h.stream != "rotors" || !(h.rate > 0.0) || h.rate >= kUsualImuRate) return;
     const double lost = LostBetweenSamples(samples, 1.0 / h.rate);
     if (lost < kMostLostSpeed) return;
-    Add("rotors_slow", h, Level::kBiases, lost, "1",
+    Add(fault::kRotorsSlow, h, Level::kBiases, lost,
         fmt::format("the speeds are logged at {:.3g} Hz and change between two samples: a straight "
                     "line errs by about {:.1f} % of the mean speed (rms)",
                     h.rate, 100.0 * lost),
@@ -240,7 +240,7 @@ class HealthFindings {
   // A model that is driven by rotors takes their speeds as they are.
   void SpikesOf(const StreamHealth& h, const RotorSpikes& most) {
     if (most.spikes.count == 0) return;
-    Add("spikes", h, Level::kBiases, most.spikes.count, "samples",
+    Add(fault::kSpikes, h, Level::kBiases, most.spikes.count,
         fmt::format("{} samples of rotor {} stand apart from those before and after, by up to "
                     "{:.4g} rad/s: no motor changes so fast",
                     most.spikes.count, most.rotor + 1, most.spikes.largest),
@@ -248,7 +248,7 @@ class HealthFindings {
   }
   void Stuck(const StreamHealth& h, const std::vector<StuckColumn>& columns) {
     for (const StuckColumn& stuck : columns) {
-      Add("stuck", h, Level::kBiases, stuck.stretch.Seconds(), "s",
+      Add(fault::kStuck, h, Level::kBiases, stuck.stretch.Seconds(),
           fmt::format("{} stays at {:.6g} for {} samples, {:.3f} to {:.3f} s, while the sensor's "
                       "other columns change",
                       stuck.column, stuck.value, stuck.count, ToSeconds(stuck.stretch.from),
@@ -266,21 +266,21 @@ class HealthFindings {
       // means.
       const bool harmful =
           axis.largest_spike / h.rate > sizes.harmful && (!accel || axis.axis == "az");
-      Add("spikes", h, harmful ? Level::kBiases : Level::kWidens, axis.spikes, "samples",
+      Add(fault::kSpikes, h, harmful ? Level::kBiases : Level::kWidens, axis.spikes,
           fmt::format("{} samples of {} stand apart from those before and after, by up to {:.3g} "
                       "{}",
                       axis.spikes, axis.axis, axis.largest_spike, accel ? "m/s^2" : "rad/s"),
           "find out whether these are knocks of the vehicle or faults of the logger");
     }
     if (accel && axis.noise.vibration > kUsualVibration) {
-      Add("vibration", h, Level::kWidens, axis.noise.vibration, "m/s^2",
+      Add(fault::kVibration, h, Level::kWidens, axis.noise.vibration,
           fmt::format(
               "{} vibrates by {:.1f} m/s^2 (rms above 20 Hz){}", axis.axis, axis.noise.vibration,
               axis.noise.peak > 0.0 ? fmt::format(", most at {:.0f} Hz", axis.noise.peak) : ""),
           "mount the board more softly; balance the propellers");
     }
     if (axis.noise.cutoff > 0.0) {
-      Add("filtered", h, Level::kNote, axis.noise.cutoff, "Hz",
+      Add(fault::kFiltered, h, Level::kNote, axis.noise.cutoff,
           fmt::format("{} is filtered: above {:.0f} Hz less noise is left than any MEMS sensor "
                       "has ({:.1e} {}/sqrt(Hz))",
                       axis.axis, axis.noise.cutoff, axis.noise.density, accel ? "m/s^2" : "rad/s"),
@@ -295,16 +295,16 @@ class HealthFindings {
       const double others = std::min(h.axes[first + (k + 1) % 3].noise.density,
                                      h.axes[first + (k + 2) % 3].noise.density);
       if (!(axis.noise.density < kHardly * others)) continue;
-      Add("dead_axis", h, Level::kBiases, axis.noise.density / others, "1",
+      Add(fault::kDeadAxis, h, Level::kBiases, axis.noise.density / others,
           fmt::format("{} has {:.1g} times the noise of the sensor's other axes: it is in another "
                       "unit, or not measured",
                       axis.axis, axis.noise.density / others),
           "check the unit and the column of this axis");
     }
   }
-  void Add(const char* id, const StreamHealth& h, Level level, double size, const char* unit,
+  void Add(const FaultKind& kind, const StreamHealth& h, Level level, double size,
            const std::string& text, const char* remedy) {
-    Finding finding{id, h.stream, level, size, unit};
+    Finding finding{&kind, h.stream, level, size};
     finding.text = h.stream + ".csv: " + text;
     finding.remedy = remedy;
     findings_->push_back(finding);

@@ -119,9 +119,6 @@ Values ChangesOf(const std::vector<Sensor>& sensors, std::size_t count) {
   return changes;
 }
 
-constexpr double kMovingTurn = 0.2;   // rad, of a vehicle that is not at rest
-constexpr double kMovingRate = 0.15;  // rad/s, on average; more than the noise of a gyroscope
-
 double TurnOfAttitude(const FlightLog& log, const Stretch& frozen) {
   double turn = 0.0;
   for (std::size_t i = 1; i < log.attitude.size(); ++i) {
@@ -134,13 +131,13 @@ double TurnOfAttitude(const FlightLog& log, const Stretch& frozen) {
 // s, of a stretch in which the vehicle turns by `turn`; zero for one that may be at rest.
 double SecondsMoving(const Stretch& frozen, double turn) {
   const double seconds = frozen.Seconds();
-  return turn >= std::max(kMovingTurn, kMovingRate * seconds) ? seconds : 0.0;
+  return turn >= kMovingRate * std::max(1.0, seconds) ? seconds : 0.0;
 }
 
 // Names the longest stretch in which the vehicle moves.
 void Judge(const std::string& stream, const std::vector<Stretch>& stretches, Examination* e) {
   const bool imu = stream == "imu";
-  Finding finding{"stuck", stream, Level::kBiases, 0.0, "s"};
+  Finding finding{&fault::kStuck, stream, Level::kBiases};
   for (const Stretch& frozen : stretches) {
     const double turn = imu ? TurnOfAttitude(e->log, frozen) : TurnOfGyro(e->log, frozen);
     const double seconds = SecondsMoving(frozen, turn);
@@ -184,7 +181,7 @@ bool TurnsByGyro(const FlightLog& log) {
     usual[axis] = LowerMedian(values);
   }
   return std::any_of(rates.begin(), rates.end(), [&](const Eigen::Vector3d& rate) {
-    return (rate - usual).norm() * kTurnWindow > kMovingTurn;
+    return (rate - usual).norm() > kMovingRate;
   });
 }
 
@@ -193,7 +190,8 @@ bool TurnsByAttitude(const FlightLog& log) {
   for (const char* stream : {"attitude", "mocap", "pose"}) {
     const std::vector<AttitudeSample> attitude = AttitudesOf(log, stream);
     for (const AttitudeSample& sample : attitude) {
-      if (attitude.front().q_Ep_I.angularDistance(sample.q_Ep_I) > kMovingTurn) return true;
+      if (attitude.front().q_Ep_I.angularDistance(sample.q_Ep_I) > kMovingRate * kTurnWindow)
+        return true;
     }
   }
   return false;
@@ -208,8 +206,7 @@ void JudgeDead(const std::string& stream, const std::string& columns, Examinatio
   // Mocap of positions alone may come with an orientation that was never measured.
   const Level level = stream == "mocap" && columns[0] == 'q' ? Level::kBiases : Level::kFatal;
   const double span = SecondsBetween(e->log.imu.front().t, e->log.imu.back().t);
-  const char* id = of_imu ? "dead_axis" : "stuck";
-  e->Add({id, stream, level, span, "s", e->log.gravity},
+  e->Add({of_imu ? &fault::kDeadSensor : &fault::kStuck, stream, level, span, e->log.gravity},
          fmt::format(
              "{}.csv: {} keep one value for the whole log, while {} turns: they are not measured",
              stream, columns, by_attitude ? "the attitude" : "the gyroscope"),
@@ -358,7 +355,7 @@ void CheckShares(Examination* e) {
       return found == e->log.source.end() ? 0.0 : std::strtod(found->second.c_str(), nullptr);
     };
     if (const double spread = share(kSpreadShare); spread > 0.0) {
-      e->Add({"shared_stamps", stream.name, Level::kWidens, spread, "1"},
+      e->Add({&fault::kSharedStamps, stream.name, Level::kWidens, spread},
              fmt::format(
                  "{}.csv: {:.0f} % of the samples shared the stamp of another, as if written late, "
                  "several "
@@ -368,7 +365,7 @@ void CheckShares(Examination* e) {
     }
     if (const double lost = share(kLostShare); lost > 0.0) {
       const bool many = lost > 1.0 - kMostly;
-      e->Add({"rows_lost", stream.name, many ? Level::kFatal : Level::kNote, lost, "1"},
+      e->Add({&fault::kRowsLost, stream.name, many ? Level::kFatal : Level::kNote, lost},
              fmt::format("{}.csv: {:.1f} % of the rows were left out by the conversion, as "
                          "its warnings say",
                          stream.name, 100.0 * lost),
@@ -547,8 +544,8 @@ std::vector<std::string> LeaveOutLostTracks(FlightLog* log) {
 void CheckRows(Examination* e) {
   CheckShares(e);
   for (const LostTrack& lost : FindLostTracks(e->log)) {
-    const char* id = lost.how == Lost::kHeld ? "stuck" : "tracking_lost";
-    e->AddRepaired({id, lost.stream, Level::kBiases, lost.Seconds(), "s"}, lost.Text(),
+    const FaultKind& kind = lost.how == Lost::kHeld ? fault::kStuck : fault::kTrackingLost;
+    e->AddRepaired({&kind, lost.stream, Level::kBiases, lost.Seconds()}, lost.Text(),
                    "leave these rows out (`leave_out` in the map)", {.leave_out = lost.stretches});
   }
   for (const StreamHealth& health : e->result.streams) {

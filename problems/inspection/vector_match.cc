@@ -303,10 +303,9 @@ std::optional<SteadyMatch> MatchSteady(const PairsAt& all, const LagSearch& sear
   return steady;
 }
 
-constexpr double kMostDrift = 0.01;      // s/s
-constexpr int kMostDriftSteps = 100;     // each way
-constexpr int kMostParts = 60;           // of the flight, each of one lag
-constexpr double kDriftExplains = 0.95;  // of the residual's square that remains
+constexpr double kMostDrift = 0.01;   // s/s
+constexpr int kMostDriftSteps = 100;  // each way
+constexpr int kMostParts = 60;        // of the flight, each of one lag
 
 // Sums of blocks at lags on both sides of a match's.
 struct AtManyLags {
@@ -430,7 +429,7 @@ std::optional<VectorMatch> MatchDrifting(const PairsAt& pairs, const SteadyMatch
   match.or_else = steady.match.or_else;
   if (!(std::abs(match.drift) > kShown * match.drift_sigma)) return std::nullopt;
   const bool explains =
-      RestOf(match.correlation) < kDriftExplains * RestOf(steady.match.correlation);
+      RestOf(match.correlation) < (1.0 - kHardly) * RestOf(steady.match.correlation);
   return explains || Confirms(coarse.alone, match.drift) ? std::optional(match) : std::nullopt;
 }
 

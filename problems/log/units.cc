@@ -18,8 +18,6 @@ struct Unit {
   double factor;
 };
 
-constexpr double kStandardGravity = 9.80665;  // m/s^2, by definition of the unit g
-
 // Every SI unit converts to itself, whether it is here or not.
 constexpr auto kUnits = std::to_array<Unit>({
     {"1", "%", 1e-2},

@@ -166,7 +166,7 @@ std::vector<Target> MakeTargets() {
                             {"K", Px4("SIH_KDV"), {-1.0, {{"m", 1}}}},
                             {"damping", Px4("SIH_KDW")}},
        .order = kPx4,
-       .gravity = 9.80665,
+       .gravity = kStandardGravity,
        .by_thrust = true,
        .caveat = "thrust is linear in the command and follows it with the lag; the same drag acts "
                  "along all axes"},

@@ -141,21 +141,13 @@ def options(programs, describe):
     return text
 
 
-FINDINGS = [r'Add(?:Repaired)?\(\s*\{?\s*"(\w+)"', r'(?:Finding \w*\{|return \{)\s*"(\w+)"',
-            r'(?:Finding \w*|Add(?:Repaired)?\()\{\w+ \? "(\w+)" : "(\w+)"',
-            r'\bid = (?:\w+ \? )?"(\w+)"(?: : "(\w+)")?']
-
-
 def finding_names():
-    """Ids that the sources give to findings, and all words that could be one."""
-    source = "\n".join(path.read_text() for path in sorted((ROOT / "problems/inspection").glob("*.cc")))
-    ids = {name for pattern in FINDINGS for match in re.finditer(pattern, source) for name in match.groups() if name}
-    return ids, set(re.findall(r'"([a-z][a-z_]+)"', source))
+    """Ids of the kinds of faults."""
+    return set(re.findall(r'k\w+\{"(\w+)"', (ROOT / "problems/inspection/fault.h").read_text()))
 
 
 def findings(_, describe):
-    ids, words = finding_names()
-    described("findings", sorted(ids | (set(describe["findings"]) & words)), describe["findings"])
+    described("findings", sorted(finding_names()), describe["findings"])
     rows = [[f"`{name}`", says, repair] for name, (says, repair) in describe["findings"].items()]
     return ("# Findings of an inspection\n\nEach comes with a level, a size, its sigma and a remedy;\n"
             "[how it is decided](../handbook/inspection.md).\n\n" +

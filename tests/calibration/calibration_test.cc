@@ -335,8 +335,8 @@ TEST(SummariseArcs, MocapOutranksFixesAsTruth) {
 
 // Fixes of a receiver are late. A fit that estimates by how much has no fault to report.
 TEST(JudgeLog, ADelayThatTheFitFindsIsNoFault) {
-  const LogFault late{"log", "clock_offset", "fixes",
-                      0.11,  false,          "clock_offset: fixes come 0.110 s later"};
+  const LogFault late{
+      "log", &fault::kClockOffset, "fixes", 0.11, false, "clock_offset: fixes come 0.110 s later"};
   FlightLog log;
   log.directory = "log";
   const auto reasons = [&](const std::vector<StreamDelay>& delays, const LogFault& fault) {
@@ -348,8 +348,9 @@ TEST(JudgeLog, ADelayThatTheFitFindsIsNoFault) {
   EXPECT_EQ(reasons({{"fixes", 0.3, 0.022}}, late), 1U);   // contradicts it
   EXPECT_EQ(reasons({{"pose", 0.126, 0.022}}, late), 1U);  // another stream
   EXPECT_EQ(reasons({}, late), 1U);
-  EXPECT_EQ(reasons({{"fixes", 0.126, 0.022}}, {"log", "stuck", "fixes", 0.11, false, "stuck: x"}),
-            1U);
+  EXPECT_EQ(
+      reasons({{"fixes", 0.126, 0.022}}, {"log", &fault::kStuck, "fixes", 0.11, false, "stuck: x"}),
+      1U);
   // The delay is that of the first flight.
   LogFault of_other = late;
   of_other.log = "other";

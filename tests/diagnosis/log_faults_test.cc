@@ -15,8 +15,9 @@ std::string JudgedWith(const std::string& verdict, const LogFault& fault) {
 }
 
 TEST(LogFaults, AFatalFaultExplainsNothing) {
-  const LogFault axes{
-      "log", "accelerometer_axes", "", 0.0, true, "accelerometer_axes: x and y are exchanged"};
+  const LogFault axes{"log", &fault::kAccelerometerAxes,
+                      "",    0.0,
+                      true,  "accelerometer_axes: x and y are exchanged"};
   EXPECT_EQ(JudgedWith("clean", axes), "unexplained");
   EXPECT_EQ(JudgedWith("explained", axes), "unexplained");
 }
@@ -26,22 +27,24 @@ TEST(LogFaults, AFatalFaultLeavesNoEffectInTheModel) {
   diagnosis.in_model = {Effect{}};
   diagnosis.open.described.resize(1);
   diagnosis.open.described[0].in_model = true;
-  AddLogFaults({{"log", "stuck", "", 0.0, false, "stuck"}}, &diagnosis);
+  AddLogFaults({{"log", &fault::kStuck, "", 0.0, false, "stuck"}}, &diagnosis);
   EXPECT_EQ(diagnosis.in_model.size(), 1U);
-  AddLogFaults({{"log", "accelerometer_axes", "", 0.0, true, "accelerometer_axes"}}, &diagnosis);
+  AddLogFaults({{"log", &fault::kAccelerometerAxes, "", 0.0, true, "accelerometer_axes"}},
+               &diagnosis);
   EXPECT_TRUE(diagnosis.in_model.empty());
   EXPECT_FALSE(diagnosis.open.described[0].in_model);
   EXPECT_THAT(diagnosis.model_lacks, testing::HasSubstr("fatal"));
 }
 
 TEST(LogFaults, AnotherFaultIsNotClean) {
-  const LogFault stuck{"log", "stuck", "", 0.0, false, "stuck: mocap.csv stands still"};
+  const LogFault stuck{"log", &fault::kStuck, "", 0.0, false, "stuck: mocap.csv stands still"};
   EXPECT_EQ(JudgedWith("clean", stuck), "unexplained");
   EXPECT_EQ(JudgedWith("explained", stuck), "explained");
 }
 
 TEST(LogFaults, WhatTheCatalogueStatesIsJudgedByTheSearch) {
-  const LogFault scale{"log", "accelerometer_scale", "", 0.0, false, "accelerometer_scale: 0.9"};
+  const LogFault scale{"log", &fault::kAccelerometerScale, "", 0.0,
+                       false, "accelerometer_scale: 0.9"};
   EXPECT_EQ(JudgedWith("clean", scale), "clean");
   EXPECT_EQ(JudgedWith("ambiguous", scale), "ambiguous");
 }
@@ -58,9 +61,9 @@ TEST(LogFaults, AFurtherFlightThatIsWrongConfirmsNothing) {
   const char* const names[] = {"a", "b", "c"};
   for (std::size_t i = 0; i < logs.size(); ++i) logs[i].directory = names[i];
   logs[2].warnings = {"stuck (biases): x"};
-  std::vector<LogFault> faults = {{"a", "stuck", "mocap", 0.0, false, "stuck: a"},
-                                  {"b", "clock_offset", "imu", 1.0, true, "clock_offset: b"},
-                                  {"c", "stuck", "imu", 0.0, false, "stuck: c"}};
+  std::vector<LogFault> faults = {{"a", &fault::kStuck, "mocap", 0.0, false, "stuck: a"},
+                                  {"b", &fault::kClockOffset, "imu", 1.0, true, "clock_offset: b"},
+                                  {"c", &fault::kStuck, "imu", 0.0, false, "stuck: c"}};
   LeaveOutFaultyFlights(&logs, &faults);
   ASSERT_EQ(logs.size(), 2U);
   EXPECT_EQ(logs[1].directory, "c");

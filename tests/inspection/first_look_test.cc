@@ -60,7 +60,8 @@ TEST(FirstLook, FindsPositionsInMillimetres) {
   for (PoseSample& pose : log.mocap) pose.p_E *= 1e3;
   for (Fix& fix : log.fixes) fix.p_E *= 1e3;
   const auto findings = FirstLook(log);
-  EXPECT_THAT(findings, testing::Not(testing::Contains(HasSubstr("accelerometer"))));
+  EXPECT_THAT(findings, testing::Each(testing::StartsWith("position_scale (fatal)")));
+  EXPECT_THAT(findings, testing::SizeIs(2));
   const Inspection inspection = Inspect(log, {});
   EXPECT_NEAR(inspection.repairs.streams.at("mocap").position_scale, 1e-3, 5e-5);
 }
@@ -179,7 +180,7 @@ TEST(ReadAndLook, AsksForAnAttitudeWhereTheImuDrivesTheModel) {
   const auto faults = [&](ForDrive drive) {
     std::vector<LogFault> found;
     ReadAndLook(folder / "log", &found, drive);
-    return std::ranges::count(found, std::string("attitude_missing"), &LogFault::id);
+    return std::ranges::count(found, &fault::kAttitudeMissing, &LogFault::kind);
   };
   EXPECT_EQ(faults(ForDrive::kImu), 1);
   EXPECT_EQ(faults(ForDrive::kRotors), 0);
@@ -200,7 +201,7 @@ TEST(ReadAndLook, LeavesOutFaultsOfStreamsThatTheDriveDoesNotRead) {
     std::vector<LogFault> found;
     ReadAndLook(folder / "log", &found, drive);
     std::vector<std::string> names;
-    for (const LogFault& fault : found) names.push_back(fault.id + " of " + fault.stream);
+    for (const LogFault& fault : found) names.push_back(fault.kind->id + (" of " + fault.stream));
     return names;
   };
   EXPECT_THAT(ids(ForDrive::kImu), ElementsAre("clock_offset of attitude"));

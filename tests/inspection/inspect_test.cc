@@ -33,7 +33,8 @@ const FlightLog& GoodLog() {
 std::vector<std::string> Harmful(const Inspection& inspection) {
   std::vector<std::string> names;
   for (const Finding& finding : inspection.findings) {
-    if (finding.level != Level::kNote) names.push_back(finding.id + " of " + finding.stream);
+    if (finding.level != Level::kNote)
+      names.push_back(finding.kind->id + (" of " + finding.stream));
   }
   return names;
 }

@@ -182,7 +182,8 @@ TEST(StreamHealth, NamesGapsRepeatsAndSpikes) {
   EXPECT_NEAR(streams[0].longest, 0.51, 1e-6);
   EXPECT_NEAR(streams[1].repeats, 0.667, 0.01);
   std::vector<std::string> ids;
-  for (const Finding& finding : findings) ids.push_back(finding.id + " of " + finding.stream);
+  for (const Finding& finding : findings)
+    ids.push_back(finding.kind->id + (" of " + finding.stream));
   EXPECT_THAT(ids,
               testing::UnorderedElementsAre("gaps of imu", "spikes of imu", "repeats of mocap"));
 }
@@ -205,7 +206,7 @@ std::vector<std::string> NamesOfFindings(const FlightLog& log) {
   CheckStreams(log, std::nullopt, &findings);
   std::vector<std::string> names;
   for (const Finding& f : findings) {
-    names.push_back(std::string(NameOf(f.level)) + " " + f.id + " of " + f.stream);
+    names.push_back(std::string(NameOf(f.level)) + " " + f.kind->id + " of " + f.stream);
   }
   return names;
 }

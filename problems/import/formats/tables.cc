@@ -327,7 +327,7 @@ void MakeBlackbox(Table* table) {
         if (column.name != derived.raw) continue;
         TableColumn made{column.index, derived.name, derived.unit, derived.scale, derived.shift};
         if (UnitFactor("m/s^2", column.unit) || column.unit == "m/s/s") {
-          made.scale = (column.unit == "g" ? 1.0 : 1.0 / 9.80665);
+          made.scale = (column.unit == "g" ? 1.0 : 1.0 / kStandardGravity);
         } else if (column.unit == "rad/s") {
           made.scale = 180.0 / M_PI;
         } else if (column.unit == "V" || column.unit == "deg/s") {
