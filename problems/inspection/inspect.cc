@@ -57,15 +57,8 @@ void Combine(const StreamRepair& change, StreamRepair* all) {
     all->force_in_earth = change.force_in_earth;
     all->gravity_removed = change.gravity_removed;
   }
-  all->earth = change.earth * all->earth;
-  all->body = change.body * all->body;
-  all->accel = change.accel * all->accel;
-  all->gyro = change.gyro * all->gyro;
-  all->position = change.position * all->position;
-  all->accel_scale *= change.accel_scale;
-  all->gyro_scale *= change.gyro_scale;
-  all->position_scale *= change.position_scale;
-  all->channel_scale *= change.channel_scale;
+  for (const auto turn : kTurnsOfRepair) all->*turn = change.*turn * all->*turn;
+  for (const auto scale : kScalesOfRepair) all->*scale *= change.*scale;
   if (!change.order.empty()) all->order = change.order;
   all->leave_out.insert(all->leave_out.end(), change.leave_out.begin(), change.leave_out.end());
   all->only_new = all->only_new || change.only_new;

@@ -76,9 +76,9 @@ bool IsIdentity(const Eigen::Matrix3d& m) { return m.isIdentity(1e-12); }
 bool StreamRepair::IsNone() const {
   const bool same_order = quaternion == std::array<int, 4>{0, 1, 2, 3} && !inverse && order.empty();
   return same_order && angle_order.empty() && force_by.empty() && time_offset == 0.0 &&
-         IsIdentity(earth) && IsIdentity(body) && IsIdentity(accel) && IsIdentity(gyro) &&
-         IsIdentity(position) && accel_scale == 1.0 && gyro_scale == 1.0 && position_scale == 1.0 &&
-         channel_scale == 1.0 && leave_out.empty() && !only_new;
+         std::ranges::all_of(kTurnsOfRepair, [&](auto turn) { return IsIdentity(this->*turn); }) &&
+         std::ranges::all_of(kScalesOfRepair, [&](auto scale) { return this->*scale == 1.0; }) &&
+         leave_out.empty() && !only_new;
 }
 
 bool Repairs::IsNone() const {

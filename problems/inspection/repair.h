@@ -57,6 +57,14 @@ struct StreamRepair {
   bool IsNone() const;
 };
 
+// The rotations of a repair, and its scales.
+inline constexpr std::array kTurnsOfRepair = {&StreamRepair::earth, &StreamRepair::body,
+                                              &StreamRepair::accel, &StreamRepair::gyro,
+                                              &StreamRepair::position};
+inline constexpr std::array kScalesOfRepair = {
+    &StreamRepair::accel_scale, &StreamRepair::gyro_scale, &StreamRepair::position_scale,
+    &StreamRepair::channel_scale};
+
 struct Repairs {
   std::map<std::string, StreamRepair> streams;  // by name
   bool reverse_spins = false;                   // of all rotors of the vehicle

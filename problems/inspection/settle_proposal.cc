@@ -35,23 +35,16 @@ Eigen::Matrix3d AxesOnly(const Eigen::Matrix3d& turn) {
 // The part of a repair that is about what a file's numbers mean. Stamps, rows and small turns are
 // those of the flight.
 StreamRepair OfMeaning(const StreamRepair& repair, bool units_alone) {
-  StreamRepair part;
+  StreamRepair part = units_alone ? StreamRepair() : repair;
   part.accel_scale = FactorOfUnit("m/s^2", repair.accel_scale);
   part.gyro_scale = FactorOfUnit("rad/s", repair.gyro_scale);
   part.position_scale = FactorOfUnit("m", repair.position_scale);
-  if (units_alone) return part;
-  part.quaternion = repair.quaternion;
-  part.inverse = repair.inverse;
-  part.angle_order = repair.angle_order;
-  part.angle_factor = repair.angle_factor;
-  part.force_by = repair.force_by;
-  part.force_in_earth = repair.force_in_earth;
-  part.gravity_removed = repair.gravity_removed;
-  part.earth = AxesOnly(repair.earth);
-  part.body = AxesOnly(repair.body);
-  part.accel = AxesOnly(repair.accel);
-  part.gyro = AxesOnly(repair.gyro);
-  part.position = AxesOnly(repair.position);
+  for (const auto turn : kTurnsOfRepair) part.*turn = AxesOnly(part.*turn);
+  part.channel_scale = 1.0;
+  part.time_offset = 0.0;
+  part.order.clear();
+  part.leave_out.clear();
+  part.only_new = false;
   return part;
 }
 
