@@ -353,7 +353,7 @@ bool IsJump(const Examination& e, const LaggedFixes& fixes, const Division& d) {
     return Moved(e.fixed, fixes, d, lag, rest);
   };
   const std::vector<Fix> own = moved(d.lag, d.rest_lag);
-  return std::abs(fixes.lag(d.lag) - fixes.lag(d.rest_lag)) >= kHarmless &&
+  return std::abs(fixes.lag(d.lag) - fixes.lag(d.rest_lag)) > kHarmless + 0.5 * kCoarseStep &&
          BringsFixesToMocap(e, moved(d.rest_lag, d.rest_lag), own) &&
          BringsFixesToMocap(e, moved(d.lag, d.lag), own);
 }
