@@ -141,14 +141,14 @@ def options(programs, describe):
     return text
 
 
-def finding_names():
-    """Ids of the kinds of faults."""
-    return set(re.findall(r'k\w+\{"(\w+)"', (ROOT / "problems/inspection/fault.h").read_text()))
-
-
-def findings(_, describe):
-    described("findings", sorted(finding_names()), describe["findings"])
-    rows = [[f"`{name}`", says, repair] for name, (says, repair) in describe["findings"].items()]
+def findings(_, __):
+    source = (ROOT / "problems/inspection/fault.h").read_text()
+    kinds = re.findall(r'((?:// .*\n)*)inline constexpr FaultKind k\w+\{"(\w+)"', source)
+    texts = {name: comment.replace("\n// ", " ")[3:].strip() for comment, name in reversed(kinds)}
+    if bare := [name for name, text in texts.items() if not text]:
+        raise Lacking(f"findings: {', '.join(bare)} lacks its comment in problems/inspection/fault.h")
+    rows = [[f"`{name}`", *(part.rstrip(".") for part in (text + " Repaired: ").split(" Repaired: ")[:2])]
+            for name, text in reversed(texts.items())]
     return ("# Findings of an inspection\n\nEach comes with a level, a size, its sigma and a remedy;\n"
             "[how it is decided](../handbook/inspection.md).\n\n" +
             table(["finding", "what it says", "what corrected_map.yaml does"], rows))
