@@ -48,6 +48,8 @@ struct Candidate {
 struct Found {
   Candidate candidate;
   Eigen::VectorXd value;
+  double p = 1.0;                          // corrected for the number of effects tried
+  std::vector<std::string> confused = {};  // ids that fit as well
 
   Effect effect() const { return candidate.At(value); }
   bool operator==(const Found& other) const {
@@ -83,6 +85,11 @@ double ShareLeft(const Eigen::VectorXd& part, const Eigen::VectorXd& whole,
 
 // True if the value is within the range of real vehicles and of a physical sign.
 bool Plausible(const Candidate& candidate, const Eigen::VectorXd& value);
+
+template <class Item>
+void EraseAt(std::size_t i, std::vector<Item>* items) {
+  items->erase(items->begin() + static_cast<long>(i));
+}
 
 int DistinctIds(const std::vector<Candidate>& candidates);
 

@@ -26,10 +26,10 @@ std::vector<Cause> CausesFrom(const Rounds& rounds, const DiagnosedFlight& fligh
     // The value includes an ordinary effect of the same kind, so its usual size adds to the sigma.
     const Eigen::VectorXd sigma =
         (test.sigma.cwiseAbs2() + f.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
-    std::vector<std::string> confused = rounds.confused[i];
+    std::vector<std::string> confused = f.confused;
     const auto more = ConfusedConstants(*fit, rounds.found, i, constants);
     confused.insert(confused.end(), more.begin(), more.end());
-    causes.push_back({f.candidate, f.value, sigma, rounds.p[i], confused});
+    causes.push_back({f.candidate, f.value, sigma, f.p, confused});
     causes.back().evidence.flight = FlightEvidenceOf(test, PriorSizes(*f.candidate.info));
     causes.back().evidence.prior = PriorEvidenceOf(f.candidate.id(), rounds.candidates);
   }
@@ -139,7 +139,7 @@ class NamedCauseSearch {
       causes.erase(least);
       return true;
     }
-    outcome->rounds.Remove(static_cast<std::size_t>(least - first));
+    EraseAt(static_cast<std::size_t>(least - first), &outcome->rounds.found);
     outcome->flight->Fit(&outcome->rounds.found);
     const std::vector<Cause> left = CausesFrom(outcome->rounds, *outcome->flight);
     causes.erase(first, causes.end());

@@ -41,20 +41,20 @@ void WidenByChange(const std::vector<ParameterEstimate>& with,
 
 void ChooseModel(const Rounds& rounds, const std::vector<Found>& terms, DiagnosedFlight* flight,
                  Diagnosis* diagnosis) {
-  Rounds in_model = rounds;
+  std::vector<Found> model = rounds.found;
   const auto& causes = diagnosis->causes;
   const std::size_t false_data = causes.size() - rounds.found.size();
   for (std::size_t i = causes.size(); i-- > 0;) {
     if (Claimed(causes[i])) {
       diagnosis->in_model.insert(diagnosis->in_model.begin(), causes[i].effect());
     } else if (i >= false_data) {
-      in_model.Remove(i - false_data);
+      EraseAt(i - false_data, &model);
     }
   }
   if (diagnosis->in_model.size() < causes.size()) {
     diagnosis->model_lacks = "causes that no other flight confirms";
   }
-  std::vector<Found> model = in_model.found;
+  const std::size_t chosen = model.size();
   ChooseTerms(terms, diagnosis, &model);
   if (model.size() < rounds.found.size() + terms.size()) {
     flight->Fit(&model);
@@ -62,12 +62,12 @@ void ChooseModel(const Rounds& rounds, const std::vector<Found>& terms, Diagnose
     flight->Describe(&refitted);
     WidenByChange(diagnosis->parameters, &refitted.parameters);
     diagnosis->parameters = refitted.parameters;
-    const std::size_t first = diagnosis->in_model.size() - in_model.found.size();
-    for (std::size_t k = 0; k < in_model.found.size(); ++k) {
+    const std::size_t first = diagnosis->in_model.size() - chosen;
+    for (std::size_t k = 0; k < chosen; ++k) {
       diagnosis->in_model[first + k] = model[k].effect();
     }
   }
-  AddTermsToModel(model, in_model.found.size(), diagnosis);
+  AddTermsToModel(model, chosen, diagnosis);
   const std::vector<Effect> known = flight->KnownEffects();
   diagnosis->in_model.insert(diagnosis->in_model.begin(), known.begin(), known.end());
 }

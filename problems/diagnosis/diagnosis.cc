@@ -175,12 +175,12 @@ class FlightDiagnosis {
         if (least == beside.size() || beside[i].z < beside[least].z) least = i;
       }
       if (least == beside.size()) return;
-      const auto cause = diagnosis_.causes.begin() + static_cast<long>(first + least);
-      cause->because += ", beside what describes the rest of the misfit";
-      diagnosis_.set_aside.push_back(*cause);
-      diagnosis_.causes.erase(cause);
-      alone.erase(alone.begin() + static_cast<long>(first + least));
-      rounds->Remove(least);
+      Cause& cause = diagnosis_.causes[first + least];
+      cause.because += ", beside what describes the rest of the misfit";
+      diagnosis_.set_aside.push_back(cause);
+      EraseAt(first + least, &diagnosis_.causes);
+      EraseAt(first + least, &alone);
+      EraseAt(least, &rounds->found);
       all = Concatenate(rounds->found, terms_);
       flight_->Fit(&all);
       StoreValues(all, rounds);

@@ -1,6 +1,7 @@
 #include "problems/diagnosis/evidence.h"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <utility>
 
@@ -17,15 +18,32 @@ int TriedLike(const Candidate& candidate, const std::vector<Candidate>& candidat
   return static_cast<int>(count) * (candidate.IsStep() ? kFinerSteps : 1);
 }
 
-// Indices of the greatest merits, at most `count`.
-template <class Items, class Merit>
-std::vector<std::size_t> GreatestMerits(const Items& items, std::size_t count, const Merit& merit) {
-  std::vector<std::size_t> order(items.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return merit(items[a]) > merit(items[b]); });
-  order.resize(std::min(order.size(), count));
-  return order;
+// Those of the greatest merits: their noise is learned again.
+template <class Item, class Merit>
+std::vector<Item*> Best(std::vector<Item>* items, Merit merit) {
+  std::vector<Item*> best;
+  for (Item& item : *items) best.push_back(&item);
+  std::ranges::sort(best, std::greater<>(), [&](const Item* i) { return std::invoke(merit, *i); });
+  best.resize(std::min(best.size(), kRelearned));
+  return best;
+}
+
+Eigen::VectorXd OrdinarySteps(const Tested& tested) {
+  return tested.columns.Steps(*tested.candidate.info, tested.candidate.Ordinary());
+}
+
+void Store(const ScoreTest& test, double gain, Tested* tested) {
+  const Candidate& candidate = tested->candidate;
+  tested->test = test;
+  tested->value = candidate.Neutral() + tested->columns.Sizes(*candidate.info, test.value);
+  tested->gain = gain;
+  tested->p = std::min(1.0, test.p() * tested->tried);
+}
+
+void Test(const Linearisation& fit, const std::vector<int>& beside, Tested* tested) {
+  const ScoreTest test = TestColumns(fit, beside, tested->columns.columns, OrdinarySteps(*tested));
+  tested->linear_gain = test.gain;
+  Store(test, test.gain, tested);
 }
 
 }  // namespace
@@ -35,18 +53,17 @@ bool TestedTerm::Exceeds(double alpha, double than) const {
   return p < alpha && merit > than + kClearlyBetter;
 }
 
-std::vector<std::size_t> BestOfEach(const std::vector<Tested>& tested) {
-  std::map<std::pair<std::string, double>, std::size_t> best;
-  for (std::size_t i = 0; i < tested.size(); ++i) {
-    const std::map<std::string, double>& fixed = tested[i].candidate.fixed;
+std::vector<const Tested*> FlightEvidence::BestOfEach() const {
+  std::map<std::pair<std::string, double>, const Tested*> best;
+  for (const Tested& t : tested_) {
+    const std::map<std::string, double>& fixed = t.candidate.fixed;
     const double rotor = fixed.count("rotor") > 0 ? fixed.at("rotor") : -1.0;
-    const auto [at, added] = best.try_emplace({tested[i].candidate.id(), rotor}, i);
-    if (!added && tested[i].gain > tested[at->second].gain) at->second = i;
+    const auto [at, added] = best.try_emplace({t.candidate.id(), rotor}, &t);
+    if (!added && t.gain > at->second->gain) at->second = &t;
   }
-  std::vector<std::size_t> indices;
-  indices.reserve(best.size());
-  for (const auto& [name, index] : best) indices.push_back(index);
-  return indices;
+  std::vector<const Tested*> each;
+  for (const auto& [name, tested] : best) each.push_back(tested);
+  return each;
 }
 
 FlightEvidence::FlightEvidence(const DiagnosedFlight& flight,
@@ -65,31 +82,13 @@ FlightEvidence::FlightEvidence(const DiagnosedFlight& flight,
                    [](const TestedTerm& a, const TestedTerm& b) { return a.merit > b.merit; });
 }
 
-Eigen::VectorXd FlightEvidence::OrdinarySteps(std::size_t which) const {
-  const Candidate& candidate = candidates_[which];
-  return fit_->candidates[which].Steps(*candidate.info, candidate.Ordinary());
-}
-
-void FlightEvidence::Store(const ScoreTest& test, double gain, Tested* tested) const {
-  const Candidate& candidate = tested->candidate;
-  tested->test = test;
-  tested->value = candidate.Neutral() + tested->columns.Sizes(*candidate.info, test.value);
-  tested->gain = gain;
-  tested->p = std::min(1.0, test.p() * tested->tried);
-}
-
-Tested FlightEvidence::TestOne(std::size_t which, const std::vector<int>& beside) const {
-  Tested tested{candidates_[which], fit_->candidates[which], {}, {}};
-  tested.tried = TriedLike(tested.candidate, candidates_);
-  const ScoreTest test = TestColumns(*fit_, beside, tested.columns.columns, OrdinarySteps(which));
-  tested.linear_gain = test.gain;
-  Store(test, test.gain, &tested);
-  return tested;
-}
-
 void FlightEvidence::TestEach() {
   tested_.clear();
-  for (std::size_t i = 0; i < candidates_.size(); ++i) tested_.push_back(TestOne(i, beside_));
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    tested_.push_back({candidates_[i], fit_->candidates[i], {}, {}});
+    tested_.back().tried = TriedLike(candidates_[i], candidates_);
+    Test(*fit_, beside_, &tested_.back());
+  }
 }
 
 // A significant term of those that are held is a nuisance in all later tests.
@@ -99,7 +98,8 @@ void FlightEvidence::TestTerms(bool held, double merit, double alpha) {
     if (term.held != held) continue;
     const ScoreTest test = TestColumns(*fit_, beside_, term.columns, term.ordinary);
     terms_.push_back({term.name, test.p() * static_cast<double>(fit_->terms.size()),
-                      AkaikeMerit(test.gain, term.ordinary.size()), held, term.columns});
+                      AkaikeMerit(test.gain, term.ordinary.size()), held, term.columns,
+                      term.ordinary});
     if (!held || !terms_.back().Exceeds(alpha, merit)) continue;
     beside = Concatenated(std::move(beside), term.columns);
   }
@@ -110,17 +110,14 @@ void FlightEvidence::TestTerms(bool held, double merit, double alpha) {
 // all. The most promising candidates and terms, and all drifts, are judged with noise learned
 // again.
 void FlightEvidence::RelearnBest() {
-  auto best = GreatestMerits(tested_, kRelearned, [](const Tested& t) { return t.Merit(); });
-  for (std::size_t i = 0; i < tested_.size(); ++i) {
-    const bool chosen = std::count(best.begin(), best.end(), i) > 0;
-    if (tested_[i].candidate.info->drifts && !chosen) best.push_back(i);
+  std::vector<Tested*> best = Best(&tested_, &Tested::Merit);
+  for (Tested& t : tested_) {
+    if (t.candidate.info->drifts && std::ranges::count(best, &t) == 0) best.push_back(&t);
   }
-  const auto best_terms =
-      GreatestMerits(terms_, kRelearned, [](const TestedTerm& t) { return t.merit; });
+  const std::vector<TestedTerm*> best_terms = Best(&terms_, &TestedTerm::merit);
   std::vector<std::vector<int>> sets;
-  sets.reserve(best.size() + best_terms.size());
-  for (const std::size_t i : best) sets.push_back(tested_[i].columns.columns);
-  for (const std::size_t i : best_terms) sets.push_back(terms_[i].columns);
+  for (const Tested* t : best) sets.push_back(t->columns.columns);
+  for (const TestedTerm* t : best_terms) sets.push_back(t->columns);
   const std::vector<Linearisation::Relearned> relearned = fit_->Relearn(sets);
   const auto test_again = [&](const Linearisation::Relearned& r, const Eigen::VectorXd& ordinary) {
     ScoreTest test =
@@ -131,14 +128,12 @@ void FlightEvidence::RelearnBest() {
   for (std::size_t k = 0; k < relearned.size(); ++k) {
     const Linearisation::Relearned& r = relearned[k];
     if (k < best.size()) {
-      Store(test_again(r, OrdinarySteps(best[k])), r.gain, &tested_[best[k]]);
+      Store(test_again(r, OrdinarySteps(*best[k])), r.gain, best[k]);
       continue;
     }
-    TestedTerm& term = terms_[best_terms[k - best.size()]];
-    const auto same = std::find_if(fit_->terms.begin(), fit_->terms.end(),
-                                   [&](const TermColumns& t) { return t.columns == term.columns; });
-    term.p = test_again(r, same->ordinary).p() * static_cast<double>(fit_->terms.size());
-    term.merit = AkaikeMerit(r.gain, same->ordinary.size());
+    TestedTerm& term = *best_terms[k - best.size()];
+    term.p = test_again(r, term.ordinary).p() * static_cast<double>(fit_->terms.size());
+    term.merit = AkaikeMerit(r.gain, term.ordinary.size());
   }
 }
 
@@ -163,18 +158,17 @@ void FlightEvidence::Exclude(const EffectInfo& info) {
 
 std::vector<TestedPair> FlightEvidence::Pairs(double alpha, double merit) const {
   std::vector<TestedPair> pairs;
-  const std::vector<std::size_t> distinct = BestOfEach(tested_);
-  for (const std::size_t i : distinct) {
-    const std::vector<int>& first = tested_[i].columns.columns;
-    for (const std::size_t j : distinct) {
-      if (j <= i) continue;
-      const std::vector<int>& second = tested_[j].columns.columns;
-      const double joint = AkaikeMerit(Estimate(*fit_, beside_, Concatenated(first, second)).gain,
-                                       static_cast<Eigen::Index>(first.size() + second.size()));
-      if (joint <= merit) continue;
-      TestedPair pair{tested_[i], TestOne(j, Concatenated(beside_, first)), joint};
+  std::vector<const Tested*> each = BestOfEach();
+  std::ranges::sort(each);  // as in the catalogue
+  for (std::size_t i = 0; i < each.size(); ++i) {
+    for (std::size_t j = i + 1; j < each.size(); ++j) {
+      TestedPair pair{*each[i], *each[j], 0.0};
+      const std::vector<int> both = pair.Columns();
+      pair.merit = AkaikeMerit(Estimate(*fit_, beside_, both).gain, std::ssize(both));
+      if (pair.merit <= merit) continue;
+      Test(*fit_, Concatenated(beside_, each[i]->columns.columns), &pair.second);
       if (!pair.second.Significant(alpha)) continue;
-      pair.first = TestOne(i, Concatenated(beside_, second));
+      Test(*fit_, Concatenated(beside_, each[j]->columns.columns), &pair.first);
       if (pair.first.Significant(alpha)) pairs.push_back(std::move(pair));
     }
   }
@@ -184,15 +178,12 @@ std::vector<TestedPair> FlightEvidence::Pairs(double alpha, double merit) const 
 
 void FlightEvidence::RelearnBest(std::vector<TestedPair>* pairs) const {
   if (pairs->empty()) return;
-  const auto best =
-      GreatestMerits(*pairs, kRelearned, [](const TestedPair& pair) { return pair.merit; });
+  const std::vector<TestedPair*> best = Best(pairs, &TestedPair::merit);
   std::vector<std::vector<int>> sets;
-  sets.reserve(best.size());
-  for (const std::size_t i : best) sets.push_back((*pairs)[i].Columns());
+  for (const TestedPair* pair : best) sets.push_back(pair->Columns());
   const std::vector<Linearisation::Relearned> relearned = fit_->Relearn(sets);
   for (std::size_t k = 0; k < relearned.size(); ++k) {
-    (*pairs)[best[k]].merit =
-        AkaikeMerit(relearned[k].gain, static_cast<Eigen::Index>(sets[k].size()));
+    best[k]->merit = AkaikeMerit(relearned[k].gain, std::ssize(sets[k]));
   }
 }
 

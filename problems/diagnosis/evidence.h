@@ -21,6 +21,7 @@ struct Tested {
   double gain = 0.0;         // the same with noise learned again
   double p = 1.0;            // corrected for the candidates of the same id
   int tried = 1;             // of them
+  std::vector<std::string> confused = {};  // ids that fit as well; set by Explain
 
   double Merit() const { return AkaikeMerit(gain, value.size()); }
   double LinearMerit() const { return AkaikeMerit(linear_gain, value.size()); }
@@ -46,6 +47,7 @@ struct TestedTerm {
   double merit;  // as Tested::Merit
   bool held;
   std::vector<int> columns;  // none for an effect
+  Eigen::VectorXd ordinary = {};
 
   // True if significant and of a merit clearly greater than `than`.
   bool Exceeds(double alpha, double than) const;
@@ -65,14 +67,13 @@ class FlightEvidence {
   const std::vector<TestedTerm>& terms() const { return terms_; }  // strongest first
   // Leaves an effect out of what follows.
   void Exclude(const EffectInfo& info);
+  // The best candidate of each effect; rotor_loss counts rotor by rotor.
+  std::vector<const Tested*> BestOfEach() const;
   // Pairs of effects whose joint merit with the fit's noise exceeds `merit` and of which each is
   // significant given the other. Of a step effect only the best time takes part.
   std::vector<TestedPair> Pairs(double alpha, double merit) const;
 
  private:
-  Eigen::VectorXd OrdinarySteps(std::size_t which) const;
-  void Store(const ScoreTest& test, double gain, Tested* tested) const;
-  Tested TestOne(std::size_t which, const std::vector<int>& beside) const;
   void TestEach();
   void TestTerms(bool held, double merit, double alpha);
   void RelearnBest();
@@ -85,8 +86,5 @@ class FlightEvidence {
   std::vector<Tested> tested_;
   std::vector<TestedTerm> terms_;
 };
-
-// Indices in `tested` of the best candidate of each effect; rotor_loss counts rotor by rotor.
-std::vector<std::size_t> BestOfEach(const std::vector<Tested>& tested);
 
 }  // namespace trueline

@@ -66,7 +66,7 @@ Ids InPlaceOf(const Tested& replaced, const Tested& kept, const std::vector<Test
 Explanation Explain(const FlightEvidence& evidence, double alpha) {
   const Tested* greatest = Greatest(evidence.tested(), alpha);
   if (greatest == nullptr) return {};
-  const Tested* best = Simplest(evidence.tested(), alpha, greatest->Merit());
+  Tested best = *Simplest(evidence.tested(), alpha, greatest->Merit());
   double linear = 0.0, with_best = greatest->Merit();
   for (const Tested& t : evidence.tested()) {
     if (t.Significant(alpha)) linear = std::max(linear, t.LinearMerit());
@@ -74,7 +74,7 @@ Explanation Explain(const FlightEvidence& evidence, double alpha) {
   const std::vector<TestedPair> pairs = evidence.Pairs(alpha, linear - kAsGood);
   const TestedPair* rival = nullptr;  // the best pair without `best`
   for (const TestedPair& pair : pairs) {
-    if (pair.Has(best->candidate.id())) {
+    if (pair.Has(best.candidate.id())) {
       with_best = std::max(with_best, pair.merit);
     } else if (rival == nullptr || pair.merit > rival->merit) {
       rival = &pair;
@@ -82,18 +82,19 @@ Explanation Explain(const FlightEvidence& evidence, double alpha) {
   }
   if (rival != nullptr && rival->merit > with_best + kAsGood) {
     const double as_good = rival->merit - kAsGood;
-    return {{rival->first, rival->second},
-            {Listed(InPlaceOf(rival->first, rival->second, pairs, as_good)),
-             Listed(InPlaceOf(rival->second, rival->first, pairs, as_good))},
-            rival->merit};
+    Tested first = rival->first, second = rival->second;
+    first.confused = Listed(InPlaceOf(first, second, pairs, as_good));
+    second.confused = Listed(InPlaceOf(second, first, pairs, as_good));
+    return {{first, second}, rival->merit};
   }
-  Ids confused = FitAsWell(evidence.tested(), *best);
+  Ids confused = FitAsWell(evidence.tested(), best);
   for (const TestedPair& pair : pairs) {
-    if (pair.Has(best->candidate.id()) || pair.merit < with_best - kAsGood) continue;
+    if (pair.Has(best.candidate.id()) || pair.merit < with_best - kAsGood) continue;
     confused.insert(pair.first.candidate.id());
     confused.insert(pair.second.candidate.id());
   }
-  return {{*best}, {Listed(confused)}, with_best};
+  best.confused = Listed(confused);
+  return {{best}, with_best};
 }
 
 }  // namespace trueline

@@ -6,9 +6,8 @@
 namespace trueline {
 
 struct Explanation {
-  std::vector<Tested> effects;                     // none, one or two
-  std::vector<std::vector<std::string>> confused;  // for each effect: ids that fit as well
-  double merit = 0.0;  // of the effects; of one of them with a second one if that is more
+  std::vector<Tested> effects;  // none, one or two
+  double merit = 0.0;           // of them; of one of them with a second one if that is more
 };
 
 // Of effects that fit equally well, chooses the one with the fewest parameters. One effect is more

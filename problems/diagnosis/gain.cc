@@ -105,7 +105,7 @@ void HeldOutGains::Measure(const DiagnosedFlight& flight, const std::vector<Foun
 
 // Of the model without one cause, the others refitted.
 HeldOutErrors HeldOutGains::Without(std::size_t which, std::vector<Found> found) const {
-  found.erase(found.begin() + static_cast<long>(which));
+  EraseAt(which, &found);
   reference_->Fit(&found);
   return reference_->ErrorsHeldOut(found, false);
 }

@@ -43,7 +43,7 @@ void LeaveOutFaultyFlights(std::vector<FlightLog>* logs, std::vector<LogFault>* 
     const FlightLog& log = (*logs)[i];
     if (!is_fatal(log)) continue;
     warnings.push_back(log.directory + ": has a fatal fault and is left out; correct it");
-    logs->erase(logs->begin() + static_cast<long>(i));
+    EraseAt(i, logs);
   }
   std::erase_if(*faults,
                 [&](const LogFault& fault) { return fault.log != logs->front().directory; });

@@ -337,7 +337,7 @@ class OpenSearch {
   void Drop(std::size_t k, std::vector<DescribedTerm>* described) {
     rejected_.insert(found_[k].candidate.term->Name());
     described->erase(InModel(k, described));
-    found_.erase(found_.begin() + static_cast<long>(k));
+    EraseAt(k, &found_);
     flight_.Fit(&found_);
     for (std::size_t left = causes_; left < found_.size(); ++left) {
       if (!IsShownInModel(left, described)) return Drop(left, described);

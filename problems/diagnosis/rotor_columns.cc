@@ -164,7 +164,7 @@ std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
   std::vector<RotorVariant> variants;
   for (std::size_t k = 0; k < fit_.found.size(); ++k) {
     std::vector<Effect> others = EffectsOf(fit_.found);
-    others.erase(others.begin() + static_cast<long>(k));
+    EraseAt(k, &others);
     for (RotorVariant& v : VariantsFor(fit_.found[k].candidate, fit_.found[k].value, others)) {
       variants.push_back(std::move(v));
     }

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "problems/diagnosis/evidence_sum.h"
@@ -17,19 +17,13 @@
 
 namespace trueline {
 
-void Rounds::Remove(std::size_t which) {
-  found.erase(found.begin() + static_cast<long>(which));
-  p.erase(p.begin() + static_cast<long>(which));
-  confused.erase(confused.begin() + static_cast<long>(which));
-}
-
 bool RetainsHalf(const Found& f, const ScoreTest& test) {
   return ShareLeft(test.value, f.value - f.candidate.Neutral(), test.sigma) > kMostOf;
 }
 
 namespace {
 
-constexpr int kMostCauses = 4;
+constexpr std::size_t kMostCauses = 4;
 
 CandidateReport Report(const Tested& t, double alpha) {
   const EffectInfo& info = *t.candidate.info;
@@ -61,7 +55,7 @@ class CauseSearch {
         alpha_(options.alpha / tried_) {}
 
   Rounds Run() {
-    for (int round = 0; round <= kMostCauses; ++round) {
+    for (std::size_t round = 0; round <= kMostCauses; ++round) {
       const Outcome outcome = TestAll();
       const Explanation& best = outcome.best;
       const std::vector<TestedTerm>& remaining = outcome.remaining;
@@ -73,21 +67,19 @@ class CauseSearch {
       rounds_.goes_with.clear();
       for (const TestedTerm& term : remaining) rounds_.goes_with.push_back(term.name);
       rounds_.impossible.clear();
-      for (const std::size_t i : BestOfEach(outcome.evidence->tested())) {
-        const Tested& t = outcome.evidence->tested()[i];
-        if (t.p < alpha_ && !Plausible(t.candidate, t.value)) {
-          rounds_.impossible.push_back(t.candidate);
+      for (const Tested* t : outcome.evidence->BestOfEach()) {
+        if (t->p < alpha_ && !Plausible(t->candidate, t->value)) {
+          rounds_.impossible.push_back(t->candidate);
         }
       }
-      if (!outcome.witnessed.empty() && static_cast<int>(rounds_.found.size()) < kMostCauses) {
-        Add({outcome.witnessed, std::vector<std::vector<std::string>>(outcome.witnessed.size())});
+      if (!outcome.witnessed.empty() && !IsFull()) {
+        Add(outcome.witnessed);
         continue;
       }
-      const bool last = best.effects.empty() || round == kMostCauses ||
-                        static_cast<int>(rounds_.found.size()) >= kMostCauses;
+      const bool last = best.effects.empty() || round == kMostCauses || IsFull();
       const bool beyond = BeyondEffects(remaining);
-      if (!last && (!beyond || AddOnTrial(best))) {
-        if (!beyond) Add(best);
+      if (!last && (!beyond || AddOnTrial(best.effects))) {
+        if (!beyond) Add(best.effects);
         continue;
       }
       if (AddMisjudged(outcome)) continue;
@@ -98,6 +90,14 @@ class CauseSearch {
   }
 
  private:
+  // What was done about a candidate.
+  struct Known {
+    bool asked = false;     // its witness, since the flight speaks for it
+    bool seen = false;      // the same, whatever the flight says
+    bool fitted = false;    // as misjudged
+    bool possible = false;  // its size, by its witness
+    double beside_flight = -std::numeric_limits<double>::infinity();  // what its witness shows
+  };
   // All tests of the model as it is.
   struct Outcome {
     std::shared_ptr<FlightEvidence> evidence;
@@ -105,6 +105,8 @@ class CauseSearch {
     std::vector<TestedTerm> remaining;
     std::vector<Tested> witnessed;  // that flight and witness show together
   };
+
+  bool IsFull() const { return rounds_.found.size() >= kMostCauses; }
 
   Outcome TestAll() {
     if (next_) return *std::exchange(next_, std::nullopt);
@@ -121,8 +123,8 @@ class CauseSearch {
     for (const Tested& t : evidence.tested()) {
       rounds_.candidates.push_back(Report(t, alpha_));
     }
-    for (const std::size_t i : BestOfEach(evidence.tested())) {
-      Cause cause = CauseOf(evidence.tested()[i]);
+    for (const Tested* t : evidence.BestOfEach()) {
+      Cause cause = CauseOf(*t);
       cause.evidence.prior = PriorEvidenceOf(cause.candidate.id(), rounds_.candidates);
       if (WhyNotNamed(cause, options_.alpha).empty()) rounds_.first.push_back(std::move(cause));
     }
@@ -145,10 +147,9 @@ class CauseSearch {
   // one.
   std::vector<Tested> AskFirst(FlightEvidence* evidence) {
     std::vector<Tested> asked, witnessed;
-    for (const std::size_t i : BestOfEach(evidence->tested())) {
-      const Tested& t = evidence->tested()[i];
-      const bool speaks = t.Significant(alpha_) || CauseOf(t).evidence.flight > 0.0;
-      if (speaks && asked_.insert(t.candidate.Label()).second) asked.push_back(t);
+    for (const Tested* t : evidence->BestOfEach()) {
+      const bool speaks = t->Significant(alpha_) || CauseOf(*t).evidence.flight > 0.0;
+      if (speaks && !std::exchange(known_[t->candidate.Label()].asked, true)) asked.push_back(*t);
     }
     for (const Tested& t : asked) {
       Cause cause = Asked(t);
@@ -162,8 +163,9 @@ class CauseSearch {
         std::erase_if(candidates_, [&](const Candidate& c) { return c.info == info; });
         rounds_.refuted.push_back(cause);
       } else if (shows && (plausible || possible) && WhyNotNamed(cause, options_.alpha).empty()) {
-        beside_flight_[t.candidate.Label()] = cause.evidence.Total() - cause.evidence.flight;
-        if (possible) possible_.insert(t.candidate.Label());
+        Known& known = known_[t.candidate.Label()];
+        known.beside_flight = cause.evidence.Total() - cause.evidence.flight;
+        known.possible = known.possible || possible;
         witnessed.push_back(t);
       }
     }
@@ -172,12 +174,11 @@ class CauseSearch {
 
   // True if a cause in the model, judged by `test`, is shown by the flight, or by the flight
   // together with its witness.
-  bool IsShown(const Found& f, const ScoreTest& test) const {
+  bool IsShown(const Found& f, const ScoreTest& test) {
     if (test.p() < alpha_) return true;
-    const auto other = beside_flight_.find(f.candidate.Label());
-    return other != beside_flight_.end() &&
-           FlightEvidenceOf(test, PriorSizes(*f.candidate.info)) + other->second >=
-               EvidenceNeeded(options_.alpha);
+    return FlightEvidenceOf(test, PriorSizes(*f.candidate.info)) +
+               known_[f.candidate.Label()].beside_flight >=
+           EvidenceNeeded(options_.alpha);
   }
 
   // An effect that acts through a constant (a wind through drag) or by its square is misjudged
@@ -188,15 +189,15 @@ class CauseSearch {
     constexpr double kLeast = 0.1;      // of the merit of what remains
     const FlightEvidence& evidence = *outcome.evidence;
     const double remaining = StrongestOf(outcome.remaining);
-    if (static_cast<int>(rounds_.found.size()) >= kMostCauses) return false;
+    if (IsFull()) return false;
     std::vector<Tested> likely;
-    for (const std::size_t i : BestOfEach(evidence.tested())) {
-      const Tested& t = evidence.tested()[i];
+    for (const Tested* each : evidence.BestOfEach()) {
+      const Tested& t = *each;
       const double dof = static_cast<double>(t.value.size());
       const bool shown = t.LinearMerit() >= kLeast * remaining &&
                          EvidenceOfChance(ChiSquareTail(t.linear_gain, dof) * tried_ * t.tried) >=
                              EvidenceNeeded(options_.alpha);
-      if (shown && misjudged_.insert(t.candidate.Label()).second) likely.push_back(t);
+      if (shown && !std::exchange(known_[t.candidate.Label()].fitted, true)) likely.push_back(t);
     }
     std::sort(likely.begin(), likely.end(),
               [](const Tested& a, const Tested& b) { return a.LinearMerit() > b.LinearMerit(); });
@@ -206,9 +207,8 @@ class CauseSearch {
       t.value = t.value.cwiseMin(most).cwiseMax(-most);
     }
     if (const auto shown = ShownByWitness(evidence)) likely.push_back(*shown);
-    return std::ranges::any_of(likely, [&](const Tested& t) {
-      return AddOnTrial({{t}, {{}}, t.LinearMerit()}, rounds_.found.size() + 1);
-    });
+    return std::ranges::any_of(
+        likely, [&](const Tested& t) { return AddOnTrial({t}, rounds_.found.size() + 1); });
   }
 
   // An error of the attitude that its witness shows beside the causes in the model, with the size
@@ -216,27 +216,27 @@ class CauseSearch {
   std::optional<Tested> ShownByWitness(const FlightEvidence& evidence) {
     std::optional<Tested> surest;
     double most = EvidenceNeeded(options_.alpha);
-    for (const std::size_t i : BestOfEach(evidence.tested())) {
-      Tested t = evidence.tested()[i];
-      if (t.candidate.info->enters != EntersAt::kAttitude) continue;
-      if (!seen_.insert(t.candidate.Label()).second) continue;
-      const Cause cause = Asked(t);
+    for (const Tested* t : evidence.BestOfEach()) {
+      if (t->candidate.info->enters != EntersAt::kAttitude) continue;
+      Known& known = known_[t->candidate.Label()];
+      if (std::exchange(known.seen, true)) continue;
+      const Cause cause = Asked(*t);
       const double shown = WitnessAlone(cause) + cause.evidence.prior;
       if (shown < most) continue;
-      most = beside_flight_[t.candidate.Label()] = shown;
-      t.value = cause.witness.value;
-      surest = t;
+      most = known.beside_flight = shown;
+      surest = *t;
+      surest->value = cause.witness.value;
     }
     return surest;
   }
 
   // Adds causes to the model and drops those that they explain away, unless fewer than
   // `at_least` are left: the caller then withdraws them all.
-  void Add(const Explanation& best, std::size_t at_least = 0) {
-    for (std::size_t i = 0; i < best.effects.size(); ++i) {
-      rounds_.p.push_back(std::min(1.0, best.effects[i].p * tried_));
-      rounds_.confused.push_back(best.confused[i]);
-      rounds_.found.push_back(Refined(best.effects[i], *flight_));
+  void Add(const std::vector<Tested>& effects, std::size_t at_least = 0) {
+    for (const Tested& effect : effects) {
+      rounds_.found.push_back(Refined(effect, *flight_));
+      rounds_.found.back().p = std::min(1.0, effect.p * tried_);
+      rounds_.found.back().confused = effect.confused;
     }
     flight_->Fit(&rounds_.found);
     while (DropExplainedAway() && rounds_.found.size() >= at_least) flight_->Fit(&rounds_.found);
@@ -249,11 +249,11 @@ class CauseSearch {
     for (std::size_t i = rounds_.found.size(); i-- > 0;) {
       const Found& f = rounds_.found[i];
       const bool plausible =
-          (Plausible(f.candidate, f.value) || possible_.contains(f.candidate.Label())) &&
+          (Plausible(f.candidate, f.value) || known_[f.candidate.Label()].possible) &&
           flight_->ConstantsArePhysical(f);
       if (plausible && IsShown(f, TestFound(*fit, rounds_.found, i))) continue;
       candidates_ = Without(candidates_, {f});
-      rounds_.Remove(i);
+      EraseAt(i, &rounds_.found);
       return true;
     }
     return false;
@@ -263,10 +263,10 @@ class CauseSearch {
   // approximates it. Adds the best effects on trial. If such a term remains significant after the
   // fit, they stay only if none of the causes approximates it.
   // `at_least`: causes that must then be in the model.
-  bool AddOnTrial(const Explanation& best, std::size_t at_least = 0) {
+  bool AddOnTrial(const std::vector<Tested>& effects, std::size_t at_least = 0) {
     const Rounds before = rounds_;
     const std::vector<Candidate> candidates_before = candidates_;
-    Add(best, at_least);
+    Add(effects, at_least);
     if (rounds_.found.size() >= at_least) {
       next_ = TestAll();
       if (!BeyondEffects(next_->remaining) || Approximations(*next_).empty()) return true;
@@ -279,10 +279,11 @@ class CauseSearch {
   }
 
   // Causes that the remaining terms explain away, wholly or by more than half; the last one first.
-  std::vector<std::size_t> Approximations(const Outcome& outcome) const {
+  std::vector<std::size_t> Approximations(const Outcome& outcome) {
     std::vector<int> beside;
-    for (const TestedTerm& t : outcome.remaining)
+    for (const TestedTerm& t : outcome.remaining) {
       beside = Concatenated(std::move(beside), t.columns);
+    }
     std::vector<std::size_t> approximations;
     for (std::size_t i = rounds_.found.size(); i-- > 0;) {
       const ScoreTest test = TestFound(outcome.evidence->fit(), rounds_.found, i, beside);
@@ -295,20 +296,16 @@ class CauseSearch {
 
   void DropApproximations(const Outcome& outcome) {
     const std::vector<std::size_t> approximations = Approximations(outcome);
-    for (const std::size_t i : approximations) rounds_.Remove(i);
+    for (const std::size_t i : approximations) EraseAt(i, &rounds_.found);
     if (!approximations.empty()) flight_->Fit(&rounds_.found);
   }
 
   const SearchOptions& options_;
   DiagnosedFlight* flight_;
   std::vector<Candidate> candidates_;
-  std::set<std::string> misjudged_;  // labels of those that were fitted for it
-  std::set<std::string> asked_;      // labels of those that a witness was asked for
-  std::set<std::string> seen_;       // the same, whatever the flight says
-  std::set<std::string> possible_;   // the same, whose size is possible by their witness
-  std::map<std::string, double> beside_flight_;  // evidence of those that it shows, by label
-  int tried_;                                    // effects
-  double alpha_;                                 // of one of them
+  std::map<std::string, Known> known_;  // by label
+  int tried_;                           // effects
+  double alpha_;                        // of one of them
   Rounds rounds_;
   std::optional<Outcome> next_;  // of the next round, where a trial has tested all already
 };

@@ -8,20 +8,15 @@
 
 namespace trueline {
 
-// Causes in the model, in the order in which they were found; the three lists are parallel.
 struct Rounds {
-  std::vector<Found> found;
-  std::vector<double> p;                           // corrected for the number of effects tried
-  std::vector<std::vector<std::string>> confused;  // ids that fit as well
-  std::vector<CandidateReport> candidates;         // all that were tested, each singly
-  std::vector<std::string> goes_with;  // significant terms that are no effect, strongest first
-  std::vector<Cause> refuted;          // that a witness excluded before they were fitted
-  std::vector<Candidate> impossible;   // significant in the last, of a size that no vehicle has
-  std::vector<Cause> first;            // candidates that the first round shows, named or not
+  std::vector<Found> found;  // causes in the model, in the order in which they were found
+  std::vector<CandidateReport> candidates;  // all that were tested, each singly
+  std::vector<std::string> goes_with;       // significant terms that are no effect, strongest first
+  std::vector<Cause> refuted;               // that a witness excluded before they were fitted
+  std::vector<Candidate> impossible;  // significant in the last, of a size that no vehicle has
+  std::vector<Cause> first;           // candidates that the first round shows, named or not
   std::shared_ptr<const FlightEvidence> tests;  // of the first round, in the order of `candidates`
   double unstated = 0.0;                        // merit of the strongest term that remains
-
-  void Remove(std::size_t which);
 };
 
 // Runs rounds until no candidate is significant. `flight` must be fitted without causes; it ends
