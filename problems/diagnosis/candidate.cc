@@ -75,8 +75,7 @@ bool IsOneOf(const Candidate& a, const Candidate& b) {
 
 std::vector<Candidate> Without(std::vector<Candidate> candidates, const std::vector<Found>& found) {
   std::erase_if(candidates, [&](const Candidate& c) {
-    return std::any_of(found.begin(), found.end(),
-                       [&](const Found& f) { return IsOneOf(c, f.candidate); });
+    return std::ranges::any_of(found, [&](const Found& f) { return IsOneOf(c, f.candidate); });
   });
   return candidates;
 }

@@ -31,7 +31,7 @@ std::vector<Cause> CausesFrom(const Rounds& rounds, const DiagnosedFlight& fligh
     confused.insert(confused.end(), more.begin(), more.end());
     causes.push_back({f.candidate, f.value, sigma, f.p, confused});
     causes.back().evidence.flight = FlightEvidenceOf(test, PriorSizes(*f.candidate.info));
-    causes.back().evidence.prior = PriorEvidenceOf(f.candidate.id(), rounds.candidates);
+    causes.back().evidence.prior = PriorEvidenceOf(f.candidate.id(), rounds.first.candidates);
   }
   return causes;
 }
@@ -55,11 +55,9 @@ class NamedCauseSearch {
   // A cause that is set aside may have kept a correlated one out of the model. Searches again
   // without such causes, at all gates and times; what names more by the sum of its evidence counts.
   NamedCauses Run(Flight flight) {
-    std::vector<Candidate> candidates = AllCandidates(*flight);
+    std::vector<Candidate> candidates = flight->AllCandidates();
     NamedCauses best = SearchAmong(candidates, std::move(flight));
-    const std::vector<CandidateReport> reports = best.rounds.candidates;
-    const auto tests = best.rounds.tests;
-    const std::vector<Cause> first = best.rounds.first;
+    const FirstRound first = best.rounds.first;
     std::vector<Cause> aside = best.set_aside;
     std::size_t fewer = 0;  // none if a false gate alone is set aside, which is no candidate
     for (const Cause& cause : aside) {
@@ -75,9 +73,8 @@ class NamedCauseSearch {
         best.set_aside = aside;
       }
     }
-    best.candidates = reports;
-    best.tests = tests;
-    best.explained = Explained(first, best);
+    best.rounds.first = first;
+    best.explained = Explained(first.shown, best);
     return best;
   }
 
@@ -101,8 +98,7 @@ class NamedCauseSearch {
   bool LacksGain(NamedCauses* outcome) {
     outcome->gain = outcome->open_loop = Gain();
     if (outcome->causes.empty()) return false;
-    HeldOutGains(*outcome->flight)
-        .Measure(*outcome->flight, outcome->rounds.found, &outcome->causes, &outcome->gain,
+    MeasureGains(*outcome->flight, outcome->rounds.found, &outcome->causes, &outcome->gain,
                  &outcome->open_loop);
     for (Cause& cause : outcome->causes) {
       cause.evidence.held_out = HeldOutEvidence(cause.gain, cause.open_loop);
@@ -172,10 +168,6 @@ class NamedCauseSearch {
 NamedCauses SearchNamedCauses(Flight flight, const std::optional<Cause>& false_data,
                               const SearchOptions& options, FurtherFlights* others) {
   return NamedCauseSearch(false_data, options, others).Run(std::move(flight));
-}
-
-std::vector<Candidate> AllCandidates(const DiagnosedFlight& flight) {
-  return CandidatesFor(flight.drive(), flight.Scope());
 }
 
 }  // namespace trueline

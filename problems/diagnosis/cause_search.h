@@ -17,9 +17,7 @@ struct NamedCauses {
   std::vector<Cause> causes;     // false data first, if they are named
   std::vector<Cause> set_aside;  // with the reason
   std::vector<Cause> explained;  // significant without the others; with the reason
-  std::vector<CandidateReport> candidates;
-  std::shared_ptr<const FlightEvidence> tests;  // of `candidates`
-  Gain gain, open_loop;                         // of all causes together
+  Gain gain, open_loop;          // of all causes together
 };
 
 // Searches the whole catalogue on `flight`, which is fitted without causes. `false_data`, if any,
@@ -27,8 +25,5 @@ struct NamedCauses {
 NamedCauses SearchNamedCauses(std::unique_ptr<DiagnosedFlight> flight,
                               const std::optional<Cause>& false_data, const SearchOptions& options,
                               FurtherFlights* others);
-
-// All candidates of the catalogue that the flight may show.
-std::vector<Candidate> AllCandidates(const DiagnosedFlight& flight);
 
 }  // namespace trueline

@@ -33,9 +33,8 @@ bool Agree(const Sizes& first, const Sizes& other, double apart) {
 // True if the flight can show the effect and its gate, if any, is at the same place.
 bool Testable(const Candidate& candidate, const FlightLog& first, const DiagnosedFlight& flight) {
   if (candidate.IsStep()) return false;
-  const auto candidates = CandidatesFor(flight.drive(), flight.Scope());
-  const bool listed = std::any_of(candidates.begin(), candidates.end(),
-                                  [&](const Candidate& c) { return c.info == candidate.info; });
+  const bool listed =
+      std::ranges::count(flight.AllCandidates(), candidate.info, &Candidate::info) > 0;
   const auto gate = candidate.fixed.find("gate");
   if (!listed || gate == candidate.fixed.end()) return listed;
   const Gate* here = GateOf(first, static_cast<int>(gate->second));
@@ -58,11 +57,6 @@ Repeat RepeatOf(const Sizes& first, const Eigen::VectorXd& value, const Eigen::V
   const char* outcome = "not shown";
   if (test.p() < kSingleAlpha) outcome = agree ? "repeats" : "differs";
   return {"", outcome, value, test.sigma, test.p()};
-}
-
-bool GoesWithVoltage(const TermForm& term) {
-  return std::any_of(term.with.begin(), term.with.end(),
-                     [](const TermFactor& factor) { return factor.of == TermQuantity::kVoltage; });
 }
 
 // The term numbered k of `fit`, tested beside the others.
@@ -93,9 +87,8 @@ std::optional<bool> MostRepeat(const std::vector<Repeat>& outcomes, bool of_one_
 void AddRepeats(const FlightLog& first, DiagnosedFlight* flight, std::vector<Cause>* causes) {
   std::vector<Found> found;
   std::vector<Cause*> tested;
-  const bool false_gate = std::any_of(causes->begin(), causes->end(), [](const Cause& cause) {
-    return cause.candidate.IsFalseGate();
-  });
+  const bool false_gate = std::ranges::any_of(
+      *causes, [](const Cause& cause) { return cause.candidate.IsFalseGate(); });
   if (false_gate) flight->Fit(&found);  // FindFalseData needs a fit without causes
   for (Cause& cause : *causes) {
     cause.repeats.push_back({"", kNotTested});
@@ -126,7 +119,8 @@ void AddTermRepeats(const DiagnosedFlight& other, std::vector<DescribedTerm>* te
   std::vector<DescribedTerm*> tested;
   for (DescribedTerm& t : *terms) {
     t.repeats.push_back({other.log().directory, kNotTested});
-    if (GoesWithVoltage(t.term) && other.log().battery.empty()) continue;
+    const bool voltage = std::ranges::count(t.term.with, TermQuantity::kVoltage, &TermFactor::of);
+    if (voltage && other.log().battery.empty()) continue;
     tested.push_back(&t);
     columns.push_back(t.term);
     BindTerms(other.log(), &columns.back().with);

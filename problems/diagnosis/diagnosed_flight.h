@@ -4,7 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <limits>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -29,9 +29,8 @@ struct ReplayError {
 
 // Variables that a replay's error may be correlated with, at the replay's middle.
 struct ReplaySituation {
-  static constexpr double kNotLogged = std::numeric_limits<double>::quiet_NaN();
-  double time, speed, acceleration = 0.0, thrust, rate;         // s, m/s, m/s^2, m/s^2, rad/s
-  double heading, gate_distance = kNotLogged, height, battery;  // rad, m, m, V
+  double time, speed, acceleration = 0.0, thrust, rate;  // s, m/s, m/s^2, m/s^2, rad/s
+  double heading, gate_distance = NAN, height, battery;  // rad, m, m, V; NAN: not logged
   int gate = -1;       // of the nearest fix within a second; -1: none
   double north, east;  // m
 };
@@ -64,6 +63,7 @@ class DiagnosedFlight {
   virtual const FlightLog& log() const = 0;                // as recorded
   virtual const FlightLog& data() const { return log(); }  // as fitted, with the attitude used
   virtual CatalogueScope Scope() const = 0;
+  std::vector<Candidate> AllCandidates() const { return CandidatesFor(drive(), Scope()); }
   virtual std::vector<VelocitySample> Path() const { return {}; }  // of the last Fit, if it has one
 
   // Solves with the causes in the model, refines their values and learns the noise again.

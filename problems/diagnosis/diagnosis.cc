@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <map>
-#include <string>
 
 #include "problems/diagnosis/cause_search.h"
 #include "problems/diagnosis/choose_model.h"
@@ -63,7 +61,7 @@ class FlightDiagnosis {
     const auto false_data_report = flight_->ReportFalseData(false_data_, FalseDataAlpha(options_));
     if (false_data_) {
       false_data_->evidence.flight = EvidenceOfChance(false_data_->p);
-      false_data_->evidence.prior = -std::log(1.0 + DistinctIds(AllCandidates(*flight_)));
+      false_data_->evidence.prior = -std::log(1.0 + DistinctIds(flight_->AllCandidates()));
     }
     const std::vector<ReplayError> replays = flight_->ReplayOpenLoop();
     diagnosis_.base_seconds = SecondsSince(start_);
@@ -76,7 +74,7 @@ class FlightDiagnosis {
     DescribeTerms(&rounds);
     JudgeBesideTerms(&rounds);
     AddRemaining(rounds);
-    WidenDetectable(*tests_, unstated_, AlphaOfOne(), &diagnosis_.candidates);
+    WidenDetectable(*rounds.first.tests, unstated_, AlphaOfOne(), &diagnosis_.candidates);
     if (false_data_report) diagnosis_.candidates.push_back(*false_data_report);
     diagnosis_.not_shown = NotShown(diagnosis_.candidates);
     AddSignificantAside(rounds);
@@ -87,7 +85,7 @@ class FlightDiagnosis {
     const auto& terms = diagnosis_.open.described;
     diagnosis_.verdict =
         VerdictOf(diagnosis_.causes, diagnosis_.set_aside, diagnosis_.unexplained_by,
-                  options_.alpha, std::any_of(terms.begin(), terms.end(), Repeats));
+                  options_.alpha, std::ranges::any_of(terms, Repeats));
     const std::vector<std::string>& warnings = others_.warnings();
     diagnosis_.warnings.insert(diagnosis_.warnings.end(), warnings.begin(), warnings.end());
     diagnosis_.seconds = SecondsSince(start_);
@@ -97,7 +95,7 @@ class FlightDiagnosis {
  private:
   // Of one effect of the catalogue.
   double AlphaOfOne() const {
-    return options_.alpha / std::max(1, DistinctIds(AllCandidates(*flight_)));
+    return options_.alpha / std::max(1, DistinctIds(flight_->AllCandidates()));
   }
 
   // False data that remain after the catalogue's effects are fitted: a strongly rotated camera also
@@ -109,7 +107,7 @@ class FlightDiagnosis {
     if (!found) return;
     const Flight trial = flight_->WithoutCauses();
     const auto terms_of = [&](DiagnosedFlight* flight) {
-      return SearchCauses(AllCandidates(*flight), options_, flight).goes_with.size();
+      return SearchCauses(flight->AllCandidates(), options_, flight).goes_with.size();
     };
     const std::size_t terms = terms_of(trial.get());
     const auto left = trial->FindFalseData(alpha);
@@ -195,7 +193,7 @@ class FlightDiagnosis {
   std::vector<Beside> JudgeBeside(const std::vector<Candidate>& rivals,
                                   const std::vector<Found>& all, const Rounds& rounds) {
     std::vector<Candidate> others = rivals;
-    for (const Candidate& c : Without(AllCandidates(*flight_), rounds.found)) {
+    for (const Candidate& c : Without(flight_->AllCandidates(), rounds.found)) {
       if (std::ranges::count(rivals, c) == 0) others.push_back(c);
     }
     const FlightEvidence rest(*flight_, others, options_.alpha);
@@ -264,11 +262,10 @@ class FlightDiagnosis {
   Rounds Search() {
     NamedCauses search = SearchNamedCauses(std::move(flight_), false_data_, options_, &others_);
     flight_ = std::move(search.flight);
-    diagnosis_.candidates = search.candidates;
+    diagnosis_.candidates = search.rounds.first.candidates;
     diagnosis_.causes = search.causes;
     diagnosis_.set_aside = search.set_aside;
     explained_ = search.explained;
-    tests_ = search.tests;
     unstated_ = search.rounds.unstated;
     diagnosis_.gain = search.gain;
     diagnosis_.open_loop = search.open_loop;
@@ -340,10 +337,9 @@ class FlightDiagnosis {
   Flight flight_;
   FurtherFlights others_;
   std::optional<Cause> false_data_;
-  std::vector<Cause> explained_;                 // by the named causes
-  std::vector<Found> terms_;                     // in the last Fit, after the causes
-  std::shared_ptr<const FlightEvidence> tests_;  // of the candidates, singly
-  double unstated_ = 0.0;                        // merit of the misfit that is left
+  std::vector<Cause> explained_;  // by the named causes
+  std::vector<Found> terms_;      // in the last Fit, after the causes
+  double unstated_ = 0.0;         // merit of the misfit that is left
   Diagnosis diagnosis_;
 };
 

@@ -4,8 +4,8 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <cmath>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,11 +36,9 @@ struct Gain {
   int arcs = 0;
   double before = 0.0, after = 0.0;  // mean error
   // 95 % of before - after, paired bootstrap; not finite if there are too few arcs.
-  double low = -kNoInterval, high = kNoInterval;
+  double low = -INFINITY, high = INFINITY;
   std::string metric = "final_point_error";
   std::string unit = "m";
-
-  static constexpr double kNoInterval = std::numeric_limits<double>::infinity();
 };
 
 // What another stream says of a cause's size, without the fit (witness.h).

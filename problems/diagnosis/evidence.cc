@@ -13,8 +13,7 @@ namespace {
 
 // Number of candidates with the same id, including the finer times that refine a step.
 int TriedLike(const Candidate& candidate, const std::vector<Candidate>& candidates) {
-  const auto count = std::count_if(candidates.begin(), candidates.end(),
-                                   [&](const Candidate& c) { return c.info == candidate.info; });
+  const auto count = std::ranges::count(candidates, candidate.info, &Candidate::info);
   return static_cast<int>(count) * (candidate.IsStep() ? kFinerSteps : 1);
 }
 
@@ -78,8 +77,7 @@ FlightEvidence::FlightEvidence(const DiagnosedFlight& flight,
   if (beside_.size() > modelled) TestEach();
   RelearnBest();
   AddImplausible();
-  std::stable_sort(terms_.begin(), terms_.end(),
-                   [](const TestedTerm& a, const TestedTerm& b) { return a.merit > b.merit; });
+  std::ranges::stable_sort(terms_, std::greater<>(), &TestedTerm::merit);
 }
 
 void FlightEvidence::TestEach() {
@@ -143,7 +141,7 @@ void FlightEvidence::AddImplausible() {
   for (const Tested& t : tested_) {
     if (Plausible(t.candidate, t.value)) continue;
     // Every vehicle has some of an ordinary error, and the fit models it.
-    if (std::count(fit_->ordinary.begin(), fit_->ordinary.end(), t.candidate.id()) > 0) continue;
+    if (std::ranges::count(fit_->ordinary, t.candidate.id()) > 0) continue;
     terms_.push_back({t.candidate.id() + ", of a size or sign that no vehicle has",
                       t.p * ids,
                       t.Merit(),

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -80,7 +79,6 @@ double LogRatio(const VectorXd& estimate, const MatrixXd& cov, const VectorXd& e
 
 double FlightEvidenceOf(const ScoreTest& test, const VectorXd& sizes,
                         const UnstatedErrors& errors) {
-  constexpr double kExact = std::numeric_limits<double>::infinity();
   // The order of magnitude of a size is not known.
   constexpr double kShares[] = {1.0, 0.25, 0.0625};
   const VectorXd none = VectorXd::Zero(test.value.size());
@@ -88,12 +86,12 @@ double FlightEvidenceOf(const ScoreTest& test, const VectorXd& sizes,
   double mean = 0.0;  // of ratios: one, too, without an effect
   for (const double share : kShares) {
     const MatrixXd prior = (share * sizes).cwiseAbs2().asDiagonal();
-    double ratio = std::min(LogRatio(test.value, test.cov_model, none, prior, kExact),
+    double ratio = std::min(LogRatio(test.value, test.cov_model, none, prior, INFINITY),
                             LogRatio(test.value, test.cov_cluster, none, prior, dof));
     // The strength of an unstated error is known, so its tails are not heavy.
     for (const MatrixXd* cov : {&test.cov_model, &test.cov_cluster}) {
       if (errors.empty()) break;
-      ratio = std::min(ratio, LogRatio(test.value, *cov, none, prior, kExact, errors));
+      ratio = std::min(ratio, LogRatio(test.value, *cov, none, prior, INFINITY, errors));
     }
     mean += std::exp(std::min(ratio, 2.0 * kMostEvidence)) / std::size(kShares);
   }
@@ -154,7 +152,7 @@ double WitnessAlone(const Cause& cause) {
   const Witness& witness = cause.witness;
   const bool says = witness.value.size() > 0 && witness.value.size() == cause.value.size();
   if (!says || !witness.independent || !Plausible(candidate, witness.value)) {
-    return -std::numeric_limits<double>::infinity();
+    return -INFINITY;
   }
   return EvidenceOfSize(candidate, witness.value - candidate.Neutral(),
                         witness.sigma.cwiseAbs2() + candidate.Ordinary().cwiseAbs2());

@@ -120,13 +120,6 @@ DisplacedFixes DisplacedAmong(const FittedFixes& fixes, const Eigen::Vector3d& o
   return displaced;
 }
 
-int OnlyGate(const FittedFixes& agreeing) {
-  const int gate = agreeing.front().gate;
-  const bool same = std::all_of(agreeing.begin(), agreeing.end(),
-                                [gate](const FittedFix& o) { return o.gate == gate; });
-  return same ? gate : -1;
-}
-
 }  // namespace
 
 void DisplacedFixes::Add(const Eigen::Vector3d& d, double sigma, const Eigen::Vector3d& offset) {
@@ -160,7 +153,7 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
   FalseGate found;
   found.p = ChanceOf(n, agree.all(), kApartSigmas * std::sqrt(2.0) * centre->sigma, outliers);
   if (found.p >= alpha || !HasBystanders(fixes, best, *centre)) return std::nullopt;
-  found.gate = OnlyGate(best);
+  if (std::ranges::count(best, centre->gate, &FittedFix::gate) == m) found.gate = centre->gate;
   found.beside_any_path = agree.within >= agree.passes;
   double weights = 0.0;
   for (const FittedFix& o : best) {
@@ -182,14 +175,13 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
 }
 
 double DetectableFraction(const BaseFlight& flight, const BaseFit& fit, double alpha) {
-  constexpr double kOffset = 1.0;  // m
   const FittedFixes fixes = FittedFixesOf(flight, fit), outliers = OutliersAmong(fixes);
-  const int visible = DisplacedAmong(fixes, kOffset * Eigen::Vector3d::UnitX()).visible;
+  const int visible = DisplacedAmong(fixes, Eigen::Vector3d::UnitX()).visible;
   const int others = static_cast<int>(outliers.size());
   if (visible == 0) return 1.0;
   double sigma = 0.0;
   for (const FittedFix& fix : fixes) {
-    sigma = std::max(sigma, std::min(fix.sigma, kOffset / kOutlierSigmas));
+    sigma = std::max(sigma, std::min(fix.sigma, 1.0 / kOutlierSigmas));
   }
   int least = kFewest;
   while (least < visible && (least < kShare * (others + least) ||
@@ -249,8 +241,7 @@ std::unique_ptr<DiagnosedFlight> ImuDrivenFlight::WithoutFalseData(double alpha)
 std::optional<CandidateReport> ImuDrivenFlight::ReportFalseData(const std::optional<Cause>& found,
                                                                 double alpha) const {
   const auto& fixes = log_->recorded.fixes;
-  if (log_->continuous ||
-      std::none_of(fixes.begin(), fixes.end(), [](const Fix& f) { return f.gate >= 0; })) {
+  if (log_->continuous || std::ranges::none_of(fixes, [](const Fix& f) { return f.gate >= 0; })) {
     return std::nullopt;
   }
   const double p = found ? found->p : 1.0;

@@ -66,7 +66,7 @@ Gain GainBetween(const std::map<int, double>& before, const std::map<int, double
   if (gain.arcs == 0) return gain;
   gain.before = Mean(errors_before);
   gain.after = Mean(errors_after);
-  if (gain.arcs < kFewestForInterval) return gain;
+  if (gain.arcs < 2 * kBlockClusters) return gain;
   Random random(1, "gain");
   std::vector<double> means(kDraws);
   for (double& mean : means) mean = MeanOfRuns(differences, &random);
@@ -84,30 +84,27 @@ void MeasureGain(const DiagnosedFlight& flight, const std::vector<Found>& found,
            replays);
 }
 
-HeldOutGains::HeldOutGains(const DiagnosedFlight& flight)
-    : reference_(flight.Reference()), bare_(reference_->ErrorsHeldOut({}, true)) {}
-
-void HeldOutGains::Measure(const DiagnosedFlight& flight, const std::vector<Found>& found,
-                           std::vector<Cause>* causes, Gain* arcs, Gain* replays) const {
+void MeasureGains(const DiagnosedFlight& flight, const std::vector<Found>& found,
+                  std::vector<Cause>* causes, Gain* arcs, Gain* replays) {
+  const auto reference = flight.Reference();
+  const HeldOutErrors bare = reference->ErrorsHeldOut({}, true);
   const HeldOutErrors all = flight.ErrorsHeldOut(found, false);
-  SetGains(bare_, all, arcs, replays);
+  SetGains(bare, all, arcs, replays);
   const std::size_t false_data = causes->size() - found.size();  // they come first in `causes`
   for (std::size_t i = 0; i < causes->size(); ++i) {
-    HeldOutErrors before = bare_;
-    if (causes->size() > 1) {
-      before = i < false_data ? flight.ErrorsHeldOut(found, true) : Without(i - false_data, found);
+    HeldOutErrors before = bare;
+    if (causes->size() > 1 && i < false_data) {
+      before = flight.ErrorsHeldOut(found, true);
+    } else if (causes->size() > 1) {
+      std::vector<Found> others = found;
+      EraseAt(i - false_data, &others);
+      reference->Fit(&others);
+      before = reference->ErrorsHeldOut(others, false);
     }
     Cause& cause = (*causes)[i];
     SetGains(before, all, &cause.gain, &cause.open_loop);
     cause.agreement = AgreementGain(before, all, cause.witness);
   }
-}
-
-// Of the model without one cause, the others refitted.
-HeldOutErrors HeldOutGains::Without(std::size_t which, std::vector<Found> found) const {
-  EraseAt(which, &found);
-  reference_->Fit(&found);
-  return reference_->ErrorsHeldOut(found, false);
 }
 
 }  // namespace trueline

@@ -2,7 +2,6 @@
 // to, whitened residuals; and what a diagnosis reports of the fit.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "cost_functions/models/cubic_path.h"
 #include "problems/common/parallel.h"
@@ -163,7 +162,7 @@ ReplaySituation ImuDrivenFlight::SituationOf(const ReplayError& replay) const {
   }
   at.thrust = -drive.a_z;
   const auto imu = std::ranges::lower_bound(log.imu, middle, {}, &ImuSample::t);
-  at.rate = imu == log.imu.end() ? ReplaySituation::kNotLogged : imu->gyro.norm();
+  at.rate = imu == log.imu.end() ? NAN : imu->gyro.norm();
   at.heading = Heading(drive.R_Ep_I);
   NearestGate(log, middle, p_E, &at);
   at.height = -p_E.z();
@@ -287,17 +286,15 @@ namespace {
 
 // The nuisance strengths, learned with the causes in the model.
 YAML::Node NoiseNode(const NoiseStrengths& noise) {
-  YAML::Node node;
-  node["fix_scale"] = Rounded(noise.fix_scale, 3);
-  node["force_sigma_mps2"] = Rounded(noise.force_sigma, 3);
-  node["gust_mps2"] = Rounded(noise.process.gust, 3);
-  node["gust_memory_s"] = Rounded(noise.process.gust_memory, 3);
-  node["acceleration_mps2_per_sqrt_hz"] = Rounded(noise.process.acceleration, 3);
-  node["tilt_deg"] = Rounded(noise.process.tilt / kDegree, 3);
-  node["heading_deg"] = Rounded(noise.process.heading / kDegree, 3);
-  node["memory_s"] = Rounded(noise.process.memory, 3);
-  node.SetStyle(YAML::EmitterStyle::Flow);
-  return node;
+  const ProcessNoise& process = noise.process;
+  return FlowMap({{"fix_scale", Rounded(noise.fix_scale, 3)},
+                  {"force_sigma_mps2", Rounded(noise.force_sigma, 3)},
+                  {"gust_mps2", Rounded(process.gust, 3)},
+                  {"gust_memory_s", Rounded(process.gust_memory, 3)},
+                  {"acceleration_mps2_per_sqrt_hz", Rounded(process.acceleration, 3)},
+                  {"tilt_deg", Rounded(process.tilt / kDegree, 3)},
+                  {"heading_deg", Rounded(process.heading / kDegree, 3)},
+                  {"memory_s", Rounded(process.memory, 3)}});
 }
 
 }  // namespace

@@ -1,13 +1,13 @@
 #include "problems/diagnosis/imu_flight.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
 #include "problems/calibration/conflict.h"
 #include "problems/diagnosis/imu_columns.h"
+#include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/prepare_log.h"
 #include "problems/diagnosis/thresholds.h"
 
@@ -401,25 +401,21 @@ std::vector<std::string> ImuDrivenFlight::Constants() const {
 bool ImuDrivenFlight::ConstantsArePhysical(const Found& found) const {
   if (found.candidate.info->enters != EntersAt::kForce) return true;
   const ThetaVector value = Parameters(), sigma = Sigmas();
-  constexpr int kAxes[] = {InTheta("K_x"), InTheta("K_y")};
-  return std::all_of(std::begin(kAxes), std::end(kAxes),
-                     [&](int i) { return value[i] <= kApartSigmas * sigma[i]; });
+  return std::ranges::all_of(std::array{InTheta("K_x"), InTheta("K_y")},
+                             [&](int i) { return value[i] <= kApartSigmas * sigma[i]; });
 }
 
 std::vector<std::string> ImuDrivenFlight::ExtraordinaryNoise() const {
-  const NoiseStrengths& noise = fit_.noise;
-  std::vector<std::string> findings;
-  const auto note = [&](double value, double usual, const std::string& what) {
-    if (value > usual) findings.push_back(fmt::format(fmt::runtime(what), value));
-  };
-  note(noise.process.gust, 0.35, "unmodelled forces of {:.2f} m/s^2 that are correlated in time");
-  note(noise.process.acceleration, 0.25, "unmodelled white accelerations of {:.2f} m/s^2/sqrt(Hz)");
-  note(noise.process.tilt / kDegree, 2.0, "a tilt of the attitude that drifts by {:.1f} deg");
+  const ProcessNoise& process = fit_.noise.process;
   // A compass error drifts slowly; a heading error that changes within seconds follows the turns.
-  const bool quick = noise.process.memory < 10.0;
-  note(noise.process.heading / kDegree, quick ? 2.5 : 6.0, "a heading that drifts by {:.1f} deg");
-  note(noise.fix_scale, 2.0, "fixes that scatter {:.1f} times as much as the detector states");
-  return findings;
+  const double most_heading = process.memory < 10.0 ? 2.5 : 6.0;  // deg
+  return Extraordinary({
+      {process.gust, 0.35, "unmodelled forces of {:.2f} m/s^2 that are correlated in time"},
+      {process.acceleration, 0.25, "unmodelled white accelerations of {:.2f} m/s^2/sqrt(Hz)"},
+      {process.tilt / kDegree, 2.0, "a tilt of the attitude that drifts by {:.1f} deg"},
+      {process.heading / kDegree, most_heading, "a heading that drifts by {:.1f} deg"},
+      {fit_.noise.fix_scale, 2.0, "fixes that scatter {:.1f} times as much as the detector states"},
+  });
 }
 
 }  // namespace trueline

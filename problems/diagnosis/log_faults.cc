@@ -1,7 +1,5 @@
 #include "problems/diagnosis/log_faults.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <span>
 

@@ -1,5 +1,7 @@
 #include "problems/diagnosis/misfit.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -102,15 +104,13 @@ std::vector<MisfitShare> SharesOf(const std::vector<MisfitRow>& rows, double hor
     std::vector<double> values;
     values.reserve(chosen.size());
     for (const MisfitRow* row : chosen) values.push_back(quantity.value(row->at));
-    if (std::none_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); })) {
-      continue;
-    }
+    if (std::ranges::none_of(values, [](double v) { return std::isfinite(v); })) continue;
     const std::vector<int> bin =
         quantity.bins > 0 ? QuantileBins(values, quantity.bins) : Classes(values);
     shares.push_back(ShareOf(quantity.name, bin, body, earth));
   }
-  std::stable_sort(shares.begin(), shares.end(), [](const MisfitShare& a, const MisfitShare& b) {
-    return std::max(a.body, a.earth) > std::max(b.body, b.earth);
+  std::ranges::stable_sort(shares, std::greater<>(), [](const MisfitShare& share) {
+    return std::max(share.body, share.earth);
   });
   return shares;
 }
@@ -119,8 +119,7 @@ std::vector<MisfitShare> SharesOf(const std::vector<MisfitRow>& rows, double hor
 
 double LastBefore(const std::vector<ScalarSample>& samples, TimeNs t) {
   const auto after = std::ranges::upper_bound(samples, t, {}, &ScalarSample::t);
-  return after == samples.begin() ? std::numeric_limits<double>::quiet_NaN()
-                                  : std::prev(after)->value;
+  return after == samples.begin() ? NAN : std::prev(after)->value;
 }
 
 Misfit MisfitOf(const DiagnosedFlight& flight, const std::vector<ReplayError>& before,
@@ -180,6 +179,14 @@ VarianceShare VarianceShareOf(const std::vector<Eigen::Vector2d>& errors,
   const double by_chance = (k - 1) * within / (n - k), between = total - within;
   const double F = (between / (k - 1)) / (within / (n - k));
   return {std::max(0.0, (between - by_chance) / total), FTail(F, 2 * (k - 1), 2 * (n - k))};
+}
+
+std::vector<std::string> Extraordinary(const std::vector<NoiseFinding>& noise) {
+  std::vector<std::string> texts;
+  for (const NoiseFinding& n : noise) {
+    if (n.value > n.most) texts.push_back(fmt::format(fmt::runtime(n.text), n.value));
+  }
+  return texts;
 }
 
 double WhitenessOf(const std::vector<TimedResidual>& residuals, double apart) {

@@ -58,6 +58,13 @@ struct VarianceShare {
 VarianceShare VarianceShareOf(const std::vector<Eigen::Vector2d>& errors,
                               const std::vector<int>& bin);
 
+// Texts, with their values, of learned noise that exceeds what ordinary flights have at most.
+struct NoiseFinding {
+  double value, most;
+  std::string text;
+};
+std::vector<std::string> Extraordinary(const std::vector<NoiseFinding>& noise);
+
 struct TimedResidual {
   double t;  // s
   Eigen::VectorXd value;

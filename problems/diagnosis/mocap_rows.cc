@@ -92,8 +92,8 @@ MocapComparison::MocapComparison(const FlightLog& log) : log_(log) {
 
 bool MocapComparison::Covers(TimeNs from, TimeNs to) const {
   if (from < log_.mocap.front().t || to > log_.mocap.back().t) return false;
-  return std::none_of(gaps_.begin(), gaps_.end(),
-                      [&](const Gap& gap) { return gap.from < to && gap.to > from; });
+  return std::ranges::none_of(gaps_,
+                              [&](const Gap& gap) { return gap.from < to && gap.to > from; });
 }
 
 std::optional<PoseSample> MocapComparison::PoseAt(TimeNs t) const {

@@ -79,8 +79,6 @@ struct TestedOpenTerm {
   }
 };
 
-bool HasMoreGain(const TestedOpenTerm* a, const TestedOpenTerm* b) { return a->gain() > b->gain(); }
-
 void Test(const Linearisation& fit, const std::vector<int>& nuisances, int tested,
           TestedOpenTerm* t) {
   t->own = OwnShare(fit, nuisances, tested);
@@ -139,20 +137,15 @@ class OpenSearch {
     std::vector<TermForm> columns = beside_;
     columns.insert(columns.end(), terms.begin(), terms.end());
     const auto fit = flight_.LineariseTerms(columns);
-    return TestColumnsOf(*fit, fit->nuisances, terms);
-  }
-
-  // The columns of `fit` are those of beside_, then of `terms`.
-  std::vector<TestedOpenTerm> TestColumnsOf(const Linearisation& fit, std::vector<int> nuisances,
-                                            const std::vector<TermForm>& terms) const {
+    std::vector<int> nuisances = fit->nuisances;
     for (std::size_t k = 0; k < beside_.size(); ++k) {
-      nuisances.push_back(fit.terms[k].columns.front());
+      nuisances.push_back(fit->terms[k].columns.front());
     }
     std::vector<TestedOpenTerm> tested(terms.size());
     ParallelFor(static_cast<int>(terms.size()), FreeCores(), [&](int i) {
       tested[i].term = terms[i];
       tested[i].ordinary = OrdinarySize(terms[i], motions_);
-      Test(fit, nuisances, fit.terms[beside_.size() + i].columns.front(), &tested[i]);
+      Test(*fit, nuisances, fit->terms[beside_.size() + i].columns.front(), &tested[i]);
     });
     return tested;
   }
@@ -195,7 +188,7 @@ class OpenSearch {
       const bool shown = t.p < kNearlyShown * each_ && t.own >= kLeastOwn;
       if (shown && !rejected_.contains(t.term.Name())) order.push_back(&t);
     }
-    std::sort(order.begin(), order.end(), HasMoreGain);
+    std::ranges::sort(order, std::greater<>(), &TestedOpenTerm::gain);
     order.resize(std::min(order.size(), kRelearned));
     return order;
   }
@@ -222,10 +215,7 @@ class OpenSearch {
     double step = kFirstStep;
     for (int i = 0; i < kMostIterations && step > kLeastStep; ++i) {
       const std::vector<TestedOpenTerm> tested = TestEach(NearbyHumps(best.term, motions_, step));
-      const auto next = std::max_element(tested.begin(), tested.end(),
-                                         [](const TestedOpenTerm& a, const TestedOpenTerm& b) {
-                                           return a.test.gain < b.test.gain;
-                                         });
+      const auto next = std::ranges::max_element(tested, {}, &TestedOpenTerm::gain);
       best = *next;
       if (next == tested.begin()) step *= 0.5;
     }
@@ -239,14 +229,11 @@ class OpenSearch {
       return t->p >= each_ || !t->Repeats() || t->own < kLeastOwn;
     });
     if (order.empty()) return nullptr;
-    std::sort(order.begin(), order.end(), HasMoreGain);
+    std::ranges::sort(order, std::greater<>(), &TestedOpenTerm::gain);
     const double least = order.front()->gain() - kAsGood;
     std::erase_if(order, [&](const TestedOpenTerm* t) { return t->gain() < least; });
-    const auto shortest = std::min_element(order.begin(), order.end(),
-                                           [](const TestedOpenTerm* a, const TestedOpenTerm* b) {
-                                             return a->term.Length() < b->term.Length();
-                                           });
-    return *shortest;
+    return *std::ranges::min_element(order, {},
+                                     [](const TestedOpenTerm* t) { return t->term.Length(); });
   }
 
   DescribedTerm Described(const TestedOpenTerm& best,
@@ -259,11 +246,8 @@ class OpenSearch {
                             best.halves};
     for (const TestedOpenTerm& t : tested) {
       const std::string name = t.term.Name();
-      if (name != best.term.Name() && t.gain() > best.gain() - kAsGood &&
-          std::find(described.alike.begin(), described.alike.end(), name) ==
-              described.alike.end()) {
-        described.alike.push_back(name);
-      }
+      const bool alike = name != best.term.Name() && t.gain() > best.gain() - kAsGood;
+      if (alike && std::ranges::count(described.alike, name) == 0) described.alike.push_back(name);
     }
     return described;
   }

@@ -21,8 +21,7 @@ void AddMocap(const FlightLog& log, const ContinuousFixOptions& options, FlightL
     data->fixes.push_back({pose.t, pose.p_E, options.mocap_sigma, -1});
     next = pose.t + FromSeconds(options.mocap_interval);
   }
-  std::sort(data->fixes.begin(), data->fixes.end(),
-            [](const Fix& a, const Fix& b) { return a.t < b.t; });
+  std::ranges::sort(data->fixes, {}, &Fix::t);
 }
 
 void NameFixes(int gate, FlightLog* log) {

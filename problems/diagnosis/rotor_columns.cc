@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "problems/chain/damped_gauss_newton.h"
+#include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/rotor_flight.h"
 
 namespace trueline {
@@ -37,14 +38,6 @@ RotorSetup MakeRotorSetup(const FlightLog& log, const RotorCalibrationOptions& o
   return setup;
 }
 
-RotorVariant VariantOf(const FlightLog& log, const RotorCalibrationOptions& options,
-                       const LaggedRotorData& data, const RotorSetup& setup,
-                       const std::vector<Effect>& effects) {
-  RotorSetup moved = MakeRotorSetup(log, options, data, effects);
-  const bool other_data = moved.motor_lag != setup.motor_lag;
-  return {moved.model, moved.prior.mean - setup.prior.mean, other_data ? moved.data : nullptr};
-}
-
 namespace {
 
 using Eigen::Vector3d;
@@ -52,21 +45,7 @@ using Eigen::Vector3d;
 // Rows of SegmentModel::AccelerationsByColumn and of RotorColumns::ReadFunction, and where a term
 // stands in them.
 constexpr int kAccelerationRows = 12, kReadRows = 6;
-
-int AccelerationRow(TermOn on) {
-  switch (on) {
-    case TermOn::kForce:
-      return 0;
-    case TermOn::kTurn:
-      return 3;
-    case TermOn::kAccelerometer:
-      return 6;
-    case TermOn::kGyro:
-      return 9;
-    default:
-      return -1;
-  }
-}
+constexpr int kAccelerationRow[] = {0, 3, -1, -1, 6, 9};  // in the order of TermOn
 
 TermMotion MotionAt(const RotorSetup& setup, double t, const RotorState& x) {
   const RotorInput input = setup.data->InputAt(t);
@@ -101,15 +80,6 @@ RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> varian
   return {columns.count + beside->count, accelerations, read};
 }
 
-std::vector<TermMotion> MotionsOf(const RotorSetup& setup, const RotorBatchResult& batch) {
-  std::vector<TermMotion> motions;
-  for (std::size_t k = 0; k < batch.nodes.size(); ++k) {
-    motions.push_back(
-        MotionAt(setup, setup.data->poses[k].t, Joined(batch.nodes[k].motion, batch.mean)));
-  }
-  return motions;
-}
-
 RotorColumns OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& terms) {
   const int count = static_cast<int>(terms.size());
   RotorColumns columns;
@@ -119,7 +89,7 @@ RotorColumns OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>
     const TermMotion at = MotionAt(setup, t, x);
     accelerations->setZero(kAccelerationRows, count);
     for (int i = 0; i < count; ++i) {
-      const int row = AccelerationRow(terms[i].on);
+      const int row = kAccelerationRow[static_cast<int>(terms[i].on)];
       if (row >= 0) accelerations->col(i).segment<3>(row) = terms[i].At(at);
     }
   };
@@ -155,7 +125,10 @@ std::vector<RotorVariant> RotorDrivenFlight::VariantsFor(const Candidate& candid
   for (int i = 0; i < value.size(); ++i) {
     std::vector<Effect> effects = others;
     effects.push_back(candidate.At(value + moves[i] * Eigen::VectorXd::Unit(value.size(), i)));
-    variants.push_back(VariantOf(log_, options_, *lagged_, *fit_.setup, effects));
+    const RotorSetup moved = MakeRotorSetup(log_, options_, *lagged_, effects);
+    const bool other_data = moved.motor_lag != fit_.setup->motor_lag;
+    variants.push_back({moved.model, moved.prior.mean - fit_.setup->prior.mean,
+                        other_data ? moved.data : nullptr});
   }
   return variants;
 }
@@ -180,8 +153,6 @@ const RotorNormal& RotorDrivenFlight::Normal() const {
   if (!normal_) normal_ = NormalWith(ColumnsOf(*fit_.setup, VariantsOfFound(), nullptr));
   return *normal_;
 }
-
-int RotorDrivenFlight::clusters() const { return ClusterCount(*fit_.setup->data, kRotorCluster); }
 
 bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
   constexpr double kSmall = 0.1;  // sigmas
@@ -246,7 +217,12 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
 }
 
 std::vector<TermMotion> RotorDrivenFlight::Motions() const {
-  return MotionsOf(*fit_.setup, fit_.batch);
+  std::vector<TermMotion> motions;
+  for (std::size_t k = 0; k < fit_.batch.nodes.size(); ++k) {
+    motions.push_back(MotionAt(*fit_.setup, fit_.setup->data->poses[k].t,
+                               Joined(fit_.batch.nodes[k].motion, fit_.batch.mean)));
+  }
+  return motions;
 }
 
 std::unique_ptr<Linearisation> RotorDrivenFlight::LineariseTerms(
@@ -264,34 +240,18 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::LineariseTerms(
 }
 
 std::vector<std::string> RotorDrivenFlight::ExtraordinaryNoise() const {
-  constexpr double kTimesStated = 3.0;
-  constexpr double kForce = 0.5;  // m/s^2/sqrt(Hz)
-  constexpr double kTurn = 10.0;  // rad/s^2/sqrt(Hz)
-  constexpr double kDrift = 5.0;  // rad/s^2
-  const RotorNoise& learned = options_.noise;
-  std::vector<std::string> findings;
-  const auto sensor = [&](double is, double said, const std::string& what) {
-    if (is > kTimesStated * said) {
-      findings.push_back(fmt::format("{} that scatters {:.1f} times as stated", what, is / said));
-    }
-  };
-  sensor(learned.accel, stated_.accel, "an accelerometer");
-  sensor(learned.gyro, stated_.gyro, "a gyro");
-  sensor(learned.position, stated_.position, "a position");
-  sensor(learned.attitude, stated_.attitude, "an attitude");
-  if (learned.force_density > kForce) {
-    findings.push_back(
-        fmt::format("unmodelled white forces of {:.2f} m/s^2/sqrt(Hz)", learned.force_density));
-  }
-  if (learned.angular_density > kTurn) {
-    findings.push_back(fmt::format("unmodelled white moments of {:.1f} rad/s^2/sqrt(Hz)",
-                                   learned.angular_density));
-  }
-  if (learned.angular_drift > kDrift) {
-    findings.push_back(fmt::format("unmodelled moments that last, of {:.1f} rad/s^2 for {:.1f} s",
-                                   learned.angular_drift, learned.angular_drift_time));
-  }
-  return findings;
+  const RotorNoise &is = options_.noise, &said = stated_;
+  return Extraordinary({
+      {is.accel / said.accel, 3.0, "an accelerometer that scatters {:.1f} times as stated"},
+      {is.gyro / said.gyro, 3.0, "a gyro that scatters {:.1f} times as stated"},
+      {is.position / said.position, 3.0, "a position that scatters {:.1f} times as stated"},
+      {is.attitude / said.attitude, 3.0, "an attitude that scatters {:.1f} times as stated"},
+      {is.force_density, 0.5, "unmodelled white forces of {:.2f} m/s^2/sqrt(Hz)"},
+      {is.angular_density, 10.0, "unmodelled white moments of {:.1f} rad/s^2/sqrt(Hz)"},
+      {is.angular_drift, 5.0,
+       "unmodelled moments that last, of {:.1f} rad/s^2 for " +
+           fmt::format("{:.1f} s", is.angular_drift_time)},
+  });
 }
 
 }  // namespace trueline

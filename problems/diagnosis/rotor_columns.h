@@ -3,7 +3,6 @@
 
 #include <map>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "problems/calibration/rotor_calibration.h"
@@ -39,15 +38,8 @@ struct RotorSetup {
 RotorSetup MakeRotorSetup(const FlightLog& log, const RotorCalibrationOptions& options,
                           const LaggedRotorData& data, const std::vector<Effect>& effects);
 
-// The model with the given effects, as an alternative to that of the fit `setup`.
-RotorVariant VariantOf(const FlightLog& log, const RotorCalibrationOptions& options,
-                       const LaggedRotorData& data, const RotorSetup& setup,
-                       const std::vector<Effect>& effects);
-
 // Of the open catalogue, a column each; `setup` must outlive them.
 RotorColumns OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& terms);
-// At each pose.
-std::vector<TermMotion> MotionsOf(const RotorSetup& setup, const RotorBatchResult& batch);
 
 // Columns of all variants, then those of `beside` (may be null; else it must outlive them).
 RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> variants,

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/misfit.h"
@@ -130,7 +129,7 @@ HeldOutErrors RotorDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
   constexpr double kHorizon = 0.5;  // s
   HeldOutErrors errors;
   errors.metric = "open_loop_position_error_0.5s";
-  const int count = clusters();
+  const int count = Normal().clusters();
   if (count < kFewestBlocks) return errors;
   for (const int half : {0, 1}) {
     std::vector<bool> used;
@@ -203,7 +202,12 @@ Residuals RotorDrivenFlight::WhitenedResiduals() const {
 
 void RotorDrivenFlight::Describe(Diagnosis* diagnosis) const {
   std::vector<std::string> unobservable;
-  DescribeConstants(WithCovariance(), fit_.setup->prior, &diagnosis->parameters, &unobservable);
+  const RotorWeights weights = fit_.weights.By();
+  const RotorBatchResult batch = fit_.batch.cov.size() > 0
+                                     ? fit_.batch
+                                     : RunRotorBatch(fit_.setup->model, *fit_.setup->data,
+                                                     BatchOptions(), &fit_.batch, &weights);
+  DescribeConstants(batch, fit_.setup->prior, &diagnosis->parameters, &unobservable);
   diagnosis->warnings.insert(diagnosis->warnings.end(), options_.warnings.begin(),
                              options_.warnings.end());
   diagnosis->drive = "rotors";

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "problems/calibration/learn_rotor_noise.h"
 #include "problems/diagnosis/thresholds.h"
@@ -167,12 +166,6 @@ void RotorDrivenFlight::SolveFromPrior(const std::vector<Found>& found) {
   if (!Reweigh(found)) throw RunsAway();
 }
 
-RotorBatchResult RotorDrivenFlight::WithCovariance() const {
-  if (fit_.batch.cov.size() > 0) return fit_.batch;
-  const RotorWeights weights = fit_.weights.By();
-  return RunRotorBatch(fit_.setup->model, *fit_.setup->data, BatchOptions(), &fit_.batch, &weights);
-}
-
 std::vector<Found> RotorDrivenFlight::AtLastFit(const std::vector<Found>& found,
                                                 bool* comparable) const {
   std::vector<Found> last = WithoutEffect(found);
@@ -244,31 +237,22 @@ void RotorDrivenFlight::LearnNoiseAgain() {
 }
 
 void RotorDrivenFlight::Fit(std::vector<Found>* found) {
-  if (const Fitted* known = Known(*found)) return Restore(*known);
+  if (found->empty()) return Restore(*bare_);
+  const auto known = std::ranges::find(kept_, *found, &Fitted::found);
+  if (known != kept_.end()) return Restore(*known);
   if (learn_noise_) {
     RefineValues(found, 1);  // noise needs rough values
     LearnNoiseAgain();
   }
   RefineValues(found, kMostSteps);
-  Keep();
-}
-
-const RotorDrivenFlight::Fitted* RotorDrivenFlight::Known(const std::vector<Found>& found) const {
-  if (found.empty()) return bare_.get();
-  const auto known = std::find_if(kept_.begin(), kept_.end(),
-                                  [&](const Fitted& fit) { return fit.found == found; });
-  return known == kept_.end() ? nullptr : &*known;
+  kept_.push_front(fit_);
+  if (kept_.size() > kMostKept) kept_.pop_back();
 }
 
 void RotorDrivenFlight::Restore(const Fitted& fit) {
   fit_ = fit;
   options_.noise = fit.noise;
   normal_.reset();
-}
-
-void RotorDrivenFlight::Keep() {
-  kept_.push_front(fit_);
-  if (kept_.size() > kMostKept) kept_.pop_back();
 }
 
 std::vector<std::string> RotorDrivenFlight::Constants() const {

@@ -37,7 +37,6 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   const FlightLog& log() const override { return log_; }
   CatalogueScope Scope() const override;
   void Fit(std::vector<Found>* found) override;
-  int clusters() const;
   std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
                                            bool terms) const override;
   bool CanModel(const TermForm& term) const override {
@@ -77,10 +76,7 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   // The same flight fitted without causes.
   RotorDrivenFlight(const RotorDrivenFlight& other, bool learn_noise);
 
-  // The fit with these values, if it is the one without causes or one of the last; else null.
-  const Fitted* Known(const std::vector<Found>& found) const;
   void Restore(const Fitted& fit);
-  void Keep();
 
   // Solves with the causes held at their values, from `start` and by `weights`, as RunRotorBatch.
   // `rough`: as exactly as a refinement's steps need it.
@@ -110,8 +106,6 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   bool Step(std::vector<Found>* found) const;
   void LearnNoiseAgain();
   RotorBatchOptions BatchOptions() const;
-  // The result of the last Solve with covariance.
-  RotorBatchResult WithCovariance() const;
   // Normal equations of the last Solve with these columns.
   RotorNormal NormalWith(const RotorColumns& columns) const;
   // The same with the columns of its causes; computed at the first use.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -40,8 +39,8 @@ CandidateReport Report(const Tested& t, double alpha) {
 // impossible size does not count: it may be significant only because a correlated effect is missing
 // from the model, and such effects are searched first.
 bool BeyondEffects(const std::vector<TestedTerm>& remaining) {
-  return std::any_of(remaining.begin(), remaining.end(),
-                     [](const TestedTerm& t) { return !t.held && !t.columns.empty(); });
+  return std::ranges::any_of(remaining,
+                             [](const TestedTerm& t) { return !t.held && !t.columns.empty(); });
 }
 
 class CauseSearch {
@@ -59,10 +58,7 @@ class CauseSearch {
       const Outcome outcome = TestAll();
       const Explanation& best = outcome.best;
       const std::vector<TestedTerm>& remaining = outcome.remaining;
-      if (round == 0) {
-        StoreReports(*outcome.evidence);
-        rounds_.tests = outcome.evidence;
-      }
+      if (round == 0) StoreFirst(outcome.evidence);
       rounds_.unstated = StrongestOf(remaining);
       rounds_.goes_with.clear();
       for (const TestedTerm& term : remaining) rounds_.goes_with.push_back(term.name);
@@ -92,11 +88,11 @@ class CauseSearch {
  private:
   // What was done about a candidate.
   struct Known {
-    bool asked = false;     // its witness, since the flight speaks for it
-    bool seen = false;      // the same, whatever the flight says
-    bool fitted = false;    // as misjudged
-    bool possible = false;  // its size, by its witness
-    double beside_flight = -std::numeric_limits<double>::infinity();  // what its witness shows
+    bool asked = false;                // its witness, since the flight speaks for it
+    bool seen = false;                 // the same, whatever the flight says
+    bool fitted = false;               // as misjudged
+    bool possible = false;             // its size, by its witness
+    double beside_flight = -INFINITY;  // what its witness shows
   };
   // All tests of the model as it is.
   struct Outcome {
@@ -119,14 +115,14 @@ class CauseSearch {
     return outcome;
   }
 
-  void StoreReports(const FlightEvidence& evidence) {
-    for (const Tested& t : evidence.tested()) {
-      rounds_.candidates.push_back(Report(t, alpha_));
-    }
-    for (const Tested* t : evidence.BestOfEach()) {
+  void StoreFirst(const std::shared_ptr<const FlightEvidence>& evidence) {
+    FirstRound& first = rounds_.first;
+    first.tests = evidence;
+    for (const Tested& t : evidence->tested()) first.candidates.push_back(Report(t, alpha_));
+    for (const Tested* t : evidence->BestOfEach()) {
       Cause cause = CauseOf(*t);
-      cause.evidence.prior = PriorEvidenceOf(cause.candidate.id(), rounds_.candidates);
-      if (WhyNotNamed(cause, options_.alpha).empty()) rounds_.first.push_back(std::move(cause));
+      cause.evidence.prior = PriorEvidenceOf(cause.candidate.id(), first.candidates);
+      if (WhyNotNamed(cause, options_.alpha).empty()) first.shown.push_back(std::move(cause));
     }
   }
 
@@ -153,7 +149,7 @@ class CauseSearch {
     }
     for (const Tested& t : asked) {
       Cause cause = Asked(t);
-      AddIndependentEvidence(&cause);
+      AddOthersEvidence(options_, &cause);
       const EffectInfo* info = t.candidate.info;
       const bool plausible = Plausible(t.candidate, t.value);
       const bool shows = cause.witness.says == "confirms";
@@ -199,8 +195,7 @@ class CauseSearch {
                              EvidenceNeeded(options_.alpha);
       if (shown && !std::exchange(known_[t.candidate.Label()].fitted, true)) likely.push_back(t);
     }
-    std::sort(likely.begin(), likely.end(),
-              [](const Tested& a, const Tested& b) { return a.LinearMerit() > b.LinearMerit(); });
+    std::ranges::sort(likely, std::greater<>(), &Tested::LinearMerit);
     likely.resize(std::min(likely.size(), kTriedByFit));
     for (Tested& t : likely) {
       const Eigen::VectorXd most = kFirstSize * t.candidate.EachOf(&EffectParameterInfo::plausible);

@@ -8,15 +8,20 @@
 
 namespace trueline {
 
+// What the first round says of each candidate, singly.
+struct FirstRound {
+  std::vector<CandidateReport> candidates;
+  std::shared_ptr<const FlightEvidence> tests;  // in the order of `candidates`
+  std::vector<Cause> shown;                     // named or not
+};
+
 struct Rounds {
-  std::vector<Found> found;  // causes in the model, in the order in which they were found
-  std::vector<CandidateReport> candidates;  // all that were tested, each singly
-  std::vector<std::string> goes_with;       // significant terms that are no effect, strongest first
-  std::vector<Cause> refuted;               // that a witness excluded before they were fitted
-  std::vector<Candidate> impossible;  // significant in the last, of a size that no vehicle has
-  std::vector<Cause> first;           // candidates that the first round shows, named or not
-  std::shared_ptr<const FlightEvidence> tests;  // of the first round, in the order of `candidates`
-  double unstated = 0.0;                        // merit of the strongest term that remains
+  FirstRound first;
+  std::vector<Found> found;            // causes in the model, in the order in which they were found
+  std::vector<std::string> goes_with;  // significant terms that are no effect, strongest first
+  std::vector<Cause> refuted;          // that a witness excluded before they were fitted
+  std::vector<Candidate> impossible;   // significant in the last, of a size that no vehicle has
+  double unstated = 0.0;               // merit of the strongest term that remains
 };
 
 // Runs rounds until no candidate is significant. `flight` must be fitted without causes; it ends

@@ -92,10 +92,10 @@ std::string VerdictOf(const std::vector<Cause>& causes, const std::vector<Cause>
   const bool misfit = !unexplained_by.empty() || std::ranges::any_of(set_aside, speaks);
   if (causes.empty() && !terms_repeat && !misfit) return "clean";
   // A cause that can't be relied on is a significant misfit, too.
-  const bool all = std::all_of(causes.begin(), causes.end(), Claimed);
+  const bool all = std::ranges::all_of(causes, Claimed);
   if ((causes.empty() && !terms_repeat) || !all || !unexplained_by.empty()) return "unexplained";
-  const bool ambiguous = std::any_of(causes.begin(), causes.end(),
-                                     [](const Cause& c) { return !c.confused_with.empty(); });
+  const bool ambiguous =
+      std::ranges::any_of(causes, [](const Cause& c) { return !c.confused_with.empty(); });
   return ambiguous ? "ambiguous" : "explained";
 }
 

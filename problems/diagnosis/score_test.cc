@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "problems/diagnosis/thresholds.h"
 #include "problems/result/statistics.h"
@@ -120,7 +119,7 @@ Vector BeyondChance(const Vector& moved, const Vector& chance) {
 double ScoreTest::z() const { return std::sqrt(std::min(chi2, chi2_cluster)); }
 
 double ScoreTest::Sharing(const Vector& size) const {
-  if (information.size() == 0) return std::numeric_limits<double>::infinity();
+  if (information.size() == 0) return INFINITY;
   const Vector of_cluster = information * size.cwiseAbs2();
   const double sharing = std::pow(of_cluster.sum(), 2) / of_cluster.squaredNorm();
   return std::isfinite(sharing) ? sharing : 0.0;

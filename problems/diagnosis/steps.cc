@@ -37,18 +37,15 @@ std::vector<Estimated> EstimateEach(const std::vector<Candidate>& candidates,
 // The best time within +-`range` s of the candidate's.
 Found BestStep(const Candidate& candidate, double range, int count, const DiagnosedFlight& flight) {
   const auto estimated = EstimateEach(StepsAround(candidate, range, count), flight);
-  return std::max_element(estimated.begin(), estimated.end(),
-                          [](const Estimated& a, const Estimated& b) { return a.gain < b.gain; })
-      ->found;
+  return std::ranges::max_element(estimated, {}, &Estimated::gain)->found;
 }
 
 }  // namespace
 
 std::vector<Candidate> WithRefinedSteps(std::vector<Candidate> candidates,
                                         const DiagnosedFlight& flight) {
-  std::vector<Candidate> steps;
-  std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(steps),
-               [](const Candidate& c) { return c.IsStep(); });
+  std::vector<Candidate> steps = candidates;
+  std::erase_if(steps, [](const Candidate& c) { return !c.IsStep(); });
   if (steps.empty()) return candidates;
   std::map<std::string, Estimated> best;  // by id
   for (const Estimated& e : EstimateEach(steps, flight)) {
@@ -58,10 +55,7 @@ std::vector<Candidate> WithRefinedSteps(std::vector<Candidate> candidates,
   const double range = flight.Scope().StepSpacing() * (kFinerSteps - 1) / kFinerSteps;
   for (const auto& [id, coarse] : best) {
     const Candidate& at = coarse.found.candidate;
-    const auto replaced =
-        std::find_if(candidates.begin(), candidates.end(),
-                     [&](const Candidate& c) { return c.info == at.info && c.fixed == at.fixed; });
-    *replaced = BestStep(at, range, 2 * kFinerSteps - 1, flight).candidate;
+    *std::ranges::find(candidates, at) = BestStep(at, range, 2 * kFinerSteps - 1, flight).candidate;
   }
   return candidates;
 }

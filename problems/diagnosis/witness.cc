@@ -152,11 +152,10 @@ class StreamFit {
   std::optional<SizeEstimate> Run() {
     const bool acceleration = comparison_.stream == "mocap acceleration";
     const auto asked = [&](const std::string& id) {
-      return std::any_of(candidates_.begin(), candidates_.end(),
-                         [&](const Candidate& c) { return c.id() == id; });
+      return std::ranges::count(candidates_, id, &Candidate::id) > 0;
     };
     const auto& alike = comparison_.alike;
-    const bool any = std::any_of(alike.begin(), alike.end(), asked);
+    const bool any = std::ranges::any_of(alike, asked);
     for (const std::string& id : alike) {
       if (any && !asked(id)) Add({&InfoOf(id), {}});
     }

@@ -32,8 +32,7 @@ YAML::Node Value(double value, double sigma, const std::string& unit) {
 }
 
 std::string UnitOf(const std::vector<EffectIndexInfo>& indices, const std::string& name) {
-  const auto at = std::find_if(indices.begin(), indices.end(),
-                               [&](const EffectIndexInfo& index) { return index.name == name; });
+  const auto at = std::ranges::find(indices, name, &EffectIndexInfo::name);
   return at == indices.end() ? "1" : at->unit;
 }
 
