@@ -29,6 +29,52 @@ struct ShiftedFixError {
 };
 using ShiftedFixResidual = NodeResidual<ShiftedFixError, 6, 6, 3>;
 
+constexpr int kMinClusters = 4;   // fewer clusters give no usable scatter
+constexpr double kCluster = 2.0;  // s; a longer run of fixes (mocap) gives several clusters
+
+struct Stretch {
+  TimeNs begin, end;
+};
+
+// Joins passes that can be integrated through to stretches.
+std::vector<Stretch> FindStretches(const FlightData& flight) {
+  std::vector<Stretch> stretches;
+  const TimeNs margin = FromSeconds(kMovedBy);
+  for (std::size_t i = 0; i < flight.passes.size(); ++i) {
+    const Pass& pass = flight.passes[i];
+    if (i > 0 && flight.HasArc(static_cast<int>(i)) && !stretches.empty()) {
+      stretches.back().end = pass.end;
+    } else {
+      stretches.push_back({pass.begin, pass.end});
+    }
+  }
+  for (Stretch& s : stretches) {
+    TimeNs begin = std::max(s.begin - margin, flight.track.begin() + margin);
+    TimeNs end = std::min(s.end + margin, flight.track.end() - margin);
+    for (const TimeSpan& gap : flight.track.gaps()) {
+      if (gap.end <= s.begin) begin = std::max(begin, gap.end);
+      if (gap.begin >= s.end) end = std::min(end, gap.begin);
+    }
+    s = {begin, end};
+  }
+  std::erase_if(stretches, [&](const Stretch& s) {
+    return SecondsBetween(s.begin, s.end) < 1.0 || !flight.track.Covers(s.begin, s.end);
+  });
+  return stretches;
+}
+
+std::vector<TimeNs> ClusterStarts(const FlightData& flight) {
+  std::vector<TimeNs> starts;
+  for (const Pass& pass : flight.passes) {
+    const double length = SecondsBetween(pass.begin, pass.end);
+    const int pieces = std::max(1, static_cast<int>(length / kCluster));
+    for (int k = 0; k < pieces; ++k) {
+      starts.push_back(pass.begin + (pass.end - pass.begin) * k / pieces);
+    }
+  }
+  return starts;
+}
+
 }  // namespace
 
 BaseFlight::BaseFlight(const FlightLog& log, const FlightPlan& plan, const VgdOptions& options,
@@ -146,56 +192,6 @@ Eigen::Matrix<double, 6, 1> BaseFlight::StateAtFix(std::size_t i) const {
   const auto [s, t] = PlaceOf(log_.fixes[plan_.fixes[i]].t);
   return segments_[s]->StateAt(t)->value;
 }
-
-namespace {
-
-constexpr int kMinClusters = 4;   // fewer clusters give no usable scatter
-constexpr double kCluster = 2.0;  // s; a longer run of fixes (mocap) gives several clusters
-
-struct Stretch {
-  TimeNs begin, end;
-};
-
-// Joins passes that can be integrated through to stretches.
-std::vector<Stretch> FindStretches(const FlightData& flight) {
-  std::vector<Stretch> stretches;
-  const TimeNs margin = FromSeconds(kMovedBy);
-  for (std::size_t i = 0; i < flight.passes.size(); ++i) {
-    const Pass& pass = flight.passes[i];
-    if (i > 0 && flight.HasArc(static_cast<int>(i)) && !stretches.empty()) {
-      stretches.back().end = pass.end;
-    } else {
-      stretches.push_back({pass.begin, pass.end});
-    }
-  }
-  for (Stretch& s : stretches) {
-    TimeNs begin = std::max(s.begin - margin, flight.track.begin() + margin);
-    TimeNs end = std::min(s.end + margin, flight.track.end() - margin);
-    for (const TimeSpan& gap : flight.track.gaps()) {
-      if (gap.end <= s.begin) begin = std::max(begin, gap.end);
-      if (gap.begin >= s.end) end = std::min(end, gap.begin);
-    }
-    s = {begin, end};
-  }
-  std::erase_if(stretches, [&](const Stretch& s) {
-    return SecondsBetween(s.begin, s.end) < 1.0 || !flight.track.Covers(s.begin, s.end);
-  });
-  return stretches;
-}
-
-std::vector<TimeNs> ClusterStarts(const FlightData& flight) {
-  std::vector<TimeNs> starts;
-  for (const Pass& pass : flight.passes) {
-    const double length = SecondsBetween(pass.begin, pass.end);
-    const int pieces = std::max(1, static_cast<int>(length / kCluster));
-    for (int k = 0; k < pieces; ++k) {
-      starts.push_back(pass.begin + (pass.end - pass.begin) * k / pieces);
-    }
-  }
-  return starts;
-}
-
-}  // namespace
 
 FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) {
   FlightPlan plan;

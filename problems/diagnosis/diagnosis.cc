@@ -10,7 +10,6 @@
 #include "problems/diagnosis/evidence_sum.h"
 #include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/misfit.h"
-#include "problems/diagnosis/open_search.h"
 #include "problems/diagnosis/rules.h"
 #include "problems/diagnosis/witness.h"
 

@@ -82,22 +82,6 @@ std::string TermText(const DescribedTerm& term) {
   return text + RepeatsText(term.repeats);
 }
 
-// Flights that tell a cause from those which fit alike.
-void AddFlightsThatSeparate(const Diagnosis& diagnosis, std::vector<std::string>* steps) {
-  for (const Cause& cause : diagnosis.causes) {
-    if (cause.confused_with.empty()) continue;
-    steps->push_back(fmt::format("to tell {} from {}: {}", cause.candidate.Label(),
-                                 fmt::join(cause.confused_with, ", "),
-                                 cause.candidate.info->separate_by));
-  }
-}
-
-bool AsksForAnotherFlight(const Diagnosis& diagnosis) {
-  const bool unconfirmed =
-      std::ranges::any_of(diagnosis.causes, [](const Cause& c) { return c.repeats.empty(); });
-  return unconfirmed || (diagnosis.causes.empty() && diagnosis.verdict == "unexplained");
-}
-
 }  // namespace
 
 std::string VerdictMeaning(const Diagnosis& diagnosis) {
@@ -125,8 +109,15 @@ std::vector<std::string> NextSteps(const Diagnosis& diagnosis) {
         "use what was found: trueline calibrate --log={}{} --model={}/model.yaml --out=OUT",
         diagnosis.log, diagnosis.flags, diagnosis.folder));
   }
-  AddFlightsThatSeparate(diagnosis, &steps);
-  if (AsksForAnotherFlight(diagnosis)) {
+  bool unconfirmed = diagnosis.causes.empty() && diagnosis.verdict == "unexplained";
+  for (const Cause& cause : diagnosis.causes) {
+    unconfirmed = unconfirmed || cause.repeats.empty();
+    if (cause.confused_with.empty()) continue;
+    steps.push_back(fmt::format("to tell {} from {}: {}", cause.candidate.Label(),
+                                fmt::join(cause.confused_with, ", "),
+                                cause.candidate.info->separate_by));
+  }
+  if (unconfirmed) {
     steps.push_back(fmt::format(
         "confirm it: add a further flight of this vehicle, --log={},FURTHER", diagnosis.log));
   }

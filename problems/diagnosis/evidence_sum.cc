@@ -30,6 +30,14 @@ double LogDensity(const VectorXd& distance, const MatrixXd& cov, double dof) {
   return exponent - 0.5 * factor.vectorD().array().log().sum();
 }
 
+// Of an estimate by itself, with these variances.
+double EvidenceOfSize(const Candidate& candidate, const VectorXd& size, const VectorXd& variance) {
+  ScoreTest test;
+  test.value = size;
+  test.cov_model = test.cov_cluster = variance.asDiagonal();
+  return FlightEvidenceOf(test, PriorSizes(*candidate.info));
+}
+
 }  // namespace
 
 VectorXd PriorSizes(const EffectInfo& info) {
@@ -134,18 +142,6 @@ double IndependentEvidence(const Cause& cause, const VectorXd& value, const Vect
   return LogRatio(value - candidate.Neutral(), cov.asDiagonal(), cause.value - candidate.Neutral(),
                   more, kTails);
 }
-
-namespace {
-
-// Of an estimate by itself, with these variances.
-double EvidenceOfSize(const Candidate& candidate, const VectorXd& size, const VectorXd& variance) {
-  ScoreTest test;
-  test.value = size;
-  test.cov_model = test.cov_cluster = variance.asDiagonal();
-  return FlightEvidenceOf(test, PriorSizes(*candidate.info));
-}
-
-}  // namespace
 
 double WitnessAlone(const Cause& cause) {
   const Candidate& candidate = cause.candidate;

@@ -57,6 +57,14 @@ Eigen::VectorXd ForceResiduals(const std::vector<Effect>& effects, const FlightU
   return flight->Evaluate(x, false).r;
 }
 
+using Eigen::Vector3d;
+
+Vector3d ToNearestGate(const FlightLog& log, const Vector3d& p_E) {
+  const auto nearest = std::ranges::min_element(
+      log.gates, {}, [&](const Gate& gate) { return (gate.position - p_E).squaredNorm(); });
+  return nearest == log.gates.end() ? Vector3d::Zero() : Vector3d(nearest->position - p_E);
+}
+
 }  // namespace
 
 Eigen::MatrixXd Sensitivity(const SensitivityBase& base, const Candidate& candidate,
@@ -102,24 +110,25 @@ Columns FreeColumns(const Eigen::MatrixXd& d_rows) {
 
 ImuLinearisation::ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
                                    int ordinary_errors, const Columns& more,
-                                   const NoiseStrengths& noise)
-    : ImuLinearisation(std::move(flight), fit, ordinary_errors, noise, fit.columns.With(more)) {}
+                                   const NoiseStrengths& noise, ColumnPlaces places)
+    : ImuLinearisation(std::move(flight), fit, ordinary_errors, noise, fit.columns.With(more),
+                       std::move(places)) {}
 
 ImuLinearisation::ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
-                                   int ordinary_errors, const NoiseStrengths& noise, Columns all)
+                                   int ordinary_errors, const NoiseStrengths& noise, Columns all,
+                                   ColumnPlaces places)
     : Linearisation(
-          ChainSystem(LinearFlight{*flight, fit.rows, fit.x, fit.weight, all}, noise).ByCluster()),
+          ChainSystem(LinearFlight{*flight, fit.rows, fit.x, fit.weight, all}, noise).ByCluster(),
+          std::move(places)),
       flight_(std::move(flight)),
       fit_(fit),
       ordinary_errors_(ordinary_errors),
-      columns_(std::move(all)) {
-  nuisances = Range(0, kThetaSize + ordinary_errors);
-}
+      columns_(std::move(all)) {}
 
 std::vector<Linearisation::Relearned> ImuLinearisation::Relearn(
     const std::vector<std::vector<int>>& sets) const {
   // Columns in the model, alone and then with each set.
-  const std::vector<int> modelled = Range(0, fit_.columns.count());
+  const std::vector<int> modelled = ColumnPlaces().Next(fit_.columns.count());
   std::vector<std::vector<int>> with = {modelled};
   for (const std::vector<int>& set : sets) {
     with.push_back(modelled);
@@ -132,27 +141,15 @@ std::vector<Linearisation::Relearned> ImuLinearisation::Relearn(
   ParallelFor(static_cast<int>(sets.size()), 0, [&](int k) {
     const auto& [noise, evidence] = learned[k + 1];
     const std::vector<int> own(with[k + 1].begin() + fit_.columns.count(), with[k + 1].end());
-    auto fit = std::make_unique<ImuLinearisation>(flight_, fit_, ordinary_errors_,
-                                                  columns_.Only(own), noise);
-    const int first = kThetaSize + fit_.columns.count(), size = static_cast<int>(own.size());
-    fit->nuisances = Range(0, first);
-    fit->candidates = {{Range(first, size), Eigen::VectorXd::Ones(size)}};
-    relearned[k] = {2.0 * (evidence - learned.front().evidence), std::move(fit)};
+    ColumnPlaces places;
+    places.nuisances = places.Next(kThetaSize + fit_.columns.count());
+    places.candidates = {{places.Next(own.size()), Eigen::VectorXd::Ones(std::ssize(own))}};
+    relearned[k] = {2.0 * (evidence - learned.front().evidence),
+                    std::make_unique<ImuLinearisation>(flight_, fit_, ordinary_errors_,
+                                                       columns_.Only(own), noise, places)};
   });
   return relearned;
 }
-
-namespace {
-
-using Eigen::Vector3d;
-
-Vector3d ToNearestGate(const FlightLog& log, const Vector3d& p_E) {
-  const auto nearest = std::ranges::min_element(
-      log.gates, {}, [&](const Gate& gate) { return (gate.position - p_E).squaredNorm(); });
-  return nearest == log.gates.end() ? Vector3d::Zero() : Vector3d(nearest->position - p_E);
-}
-
-}  // namespace
 
 ImuOpenTerms::ImuOpenTerms(BaseFlight* flight, const FlightUnknowns& x, int parts)
     : flight_(*flight) {

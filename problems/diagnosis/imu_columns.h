@@ -36,16 +36,18 @@ Columns FreeColumns(const Eigen::MatrixXd& d_rows);
 
 class ImuLinearisation : public Linearisation {
  public:
-  // `fit` with the columns `more` after its own; `ordinary_errors` of its own are nuisances. Only
-  // Relearn needs `fit` later.
+  // `fit` with the columns `more` after its own, of which `ordinary_errors` are integrated out
+  // where noise is learned. Only Relearn needs `fit` later.
   ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
-                   int ordinary_errors, const Columns& more, const NoiseStrengths& noise);
+                   int ordinary_errors, const Columns& more, const NoiseStrengths& noise,
+                   ColumnPlaces places);
 
   std::vector<Relearned> Relearn(const std::vector<std::vector<int>>& sets) const override;
 
  private:
   ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
-                   int ordinary_errors, const NoiseStrengths& noise, Columns all);
+                   int ordinary_errors, const NoiseStrengths& noise, Columns all,
+                   ColumnPlaces places);
 
   std::shared_ptr<const BaseFlight> flight_;
   const BaseFit& fit_;

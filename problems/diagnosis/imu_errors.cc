@@ -125,6 +125,37 @@ void NearestGate(const FlightLog& log, TimeNs t, const Eigen::Vector3d& p_E, Rep
   if (gate != nullptr) at->gate_distance = (gate->position - p_E).norm();
 }
 
+constexpr int kReplayEvery = 2;  // segments, between starts of held-out replays
+
+// The window's prior has the other half's estimates as means. Its sigmas add a share of the usual
+// spread between vehicles: gusts bias drag and accelerometer biases by more than their stated
+// sigmas.
+VgdOptions WindowOptions(const VgdOptions& options, const PartFit& fit) {
+  constexpr double kOfPrior = 0.3;
+  VgdOptions vgd = options;
+  vgd.adapt_drift = false;  // the same drift for all models
+  for (std::size_t i = 0; i < vgd.priors.size(); ++i) {
+    ParameterPrior& prior = vgd.priors[i];
+    prior.mean = std::clamp(fit.value[static_cast<int>(i)], prior.lower, prior.upper);
+    prior.sigma = std::hypot(kOfPrior * prior.sigma, fit.sigma[static_cast<int>(i)]);
+  }
+  vgd.drive.force_effects = ForceEffectsOf(fit.effects);
+  return vgd;
+}
+
+// The nuisance strengths, learned with the causes in the model.
+YAML::Node NoiseNode(const NoiseStrengths& noise) {
+  const ProcessNoise& process = noise.process;
+  return FlowMap({{"fix_scale", Rounded(noise.fix_scale, 3)},
+                  {"force_sigma_mps2", Rounded(noise.force_sigma, 3)},
+                  {"gust_mps2", Rounded(process.gust, 3)},
+                  {"gust_memory_s", Rounded(process.gust_memory, 3)},
+                  {"acceleration_mps2_per_sqrt_hz", Rounded(process.acceleration, 3)},
+                  {"tilt_deg", Rounded(process.tilt / kDegree, 3)},
+                  {"heading_deg", Rounded(process.heading / kDegree, 3)},
+                  {"memory_s", Rounded(process.memory, 3)}});
+}
+
 }  // namespace
 
 std::vector<ReplayError> ImuDrivenFlight::ReplayOpenLoop() const {
@@ -172,33 +203,10 @@ ReplaySituation ImuDrivenFlight::SituationOf(const ReplayError& replay) const {
   return at;
 }
 
-namespace {
-
-constexpr int kReplayEvery = 2;  // segments, between starts of held-out replays
-
-// The window's prior has the other half's estimates as means. Its sigmas add a share of the usual
-// spread between vehicles: gusts bias drag and accelerometer biases by more than their stated
-// sigmas.
-VgdOptions WindowOptions(const VgdOptions& options, const PartFit& fit) {
-  constexpr double kOfPrior = 0.3;
-  VgdOptions vgd = options;
-  vgd.adapt_drift = false;  // the same drift for all models
-  for (std::size_t i = 0; i < vgd.priors.size(); ++i) {
-    ParameterPrior& prior = vgd.priors[i];
-    prior.mean = std::clamp(fit.value[static_cast<int>(i)], prior.lower, prior.upper);
-    prior.sigma = std::hypot(kOfPrior * prior.sigma, fit.sigma[static_cast<int>(i)]);
-  }
-  vgd.drive.force_effects = ForceEffectsOf(fit.effects);
-  return vgd;
-}
-
-}  // namespace
-
-PartFit ImuDrivenFlight::FitOf(const std::vector<Found>& found,
-                               const std::vector<bool>& used) const {
+PartFit ImuDrivenFlight::FitWithout(int half, const std::vector<Found>& found) const {
   Eigen::VectorXd weight = fit_.weight;
   for (int row = 0; row < weight.size(); ++row) {
-    if (!used[flight_->ClusterOfRow(row)]) weight[row] = 0.0;
+    if (HalfOf(flight_->ClusterOfRow(row)) == half) weight[row] = 0.0;
   }
   const ChainSystem system(LinearFlight{*flight_, fit_.rows, fit_.x, weight, fit_.columns},
                            fit_.noise);
@@ -269,10 +277,8 @@ HeldOutErrors ImuDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
                                              bool with_false_data) const {
   std::array<HeldOutErrors, 2> errors;
   ParallelFor(2, 0, [&](int half) {
-    std::vector<bool> used(plan_.clusters);
-    for (int c = 0; c < plan_.clusters; ++c) used[c] = HalfOf(c) != half;
     const FlightLog& log = with_false_data ? log_->recorded : log_->kept;
-    errors[half] = ErrorsOfHalf(log, FitOf(found, used), half);
+    errors[half] = ErrorsOfHalf(log, FitWithout(half, found), half);
   });
   errors[0].arcs.merge(errors[1].arcs);
   errors[0].replays.merge(errors[1].replays);
@@ -281,23 +287,6 @@ HeldOutErrors ImuDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
   }
   return errors[0];
 }
-
-namespace {
-
-// The nuisance strengths, learned with the causes in the model.
-YAML::Node NoiseNode(const NoiseStrengths& noise) {
-  const ProcessNoise& process = noise.process;
-  return FlowMap({{"fix_scale", Rounded(noise.fix_scale, 3)},
-                  {"force_sigma_mps2", Rounded(noise.force_sigma, 3)},
-                  {"gust_mps2", Rounded(process.gust, 3)},
-                  {"gust_memory_s", Rounded(process.gust_memory, 3)},
-                  {"acceleration_mps2_per_sqrt_hz", Rounded(process.acceleration, 3)},
-                  {"tilt_deg", Rounded(process.tilt / kDegree, 3)},
-                  {"heading_deg", Rounded(process.heading / kDegree, 3)},
-                  {"memory_s", Rounded(process.memory, 3)}});
-}
-
-}  // namespace
 
 Residuals ImuDrivenFlight::WhitenedResiduals() const {
   const ChainSystem system(fit_.Linear(*flight_), fit_.noise);

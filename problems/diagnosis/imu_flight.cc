@@ -314,22 +314,20 @@ const Eigen::MatrixXd& ImuDrivenFlight::ColumnsOf(const Candidate& candidate,
 
 std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Candidate>& candidates,
                                                           bool terms) const {
-  const int ordinary = OrdinaryCount();
-  int at = kThetaSize + ordinary;
-  const auto next = [&at](int count) { return Range(std::exchange(at, at + count), count); };
-  const auto effect = [&](std::size_t size) {
-    const auto count = static_cast<int>(size);
-    return EffectColumns{next(count), Eigen::VectorXd::Ones(count)};
+  ColumnPlaces places;
+  places.nuisances = places.Next(kThetaSize + OrdinaryCount());
+  for (const Candidate& error : Ordinary()) places.ordinary.push_back(error.id());
+  const auto effect = [&](const EffectInfo& info) {
+    const std::size_t size = info.parameters.size();
+    return EffectColumns{places.Next(size), Eigen::VectorXd::Ones(size)};
   };
-  std::vector<EffectColumns> found_columns, candidate_columns;
-  std::vector<TermColumns> term_columns;
   std::vector<const Eigen::MatrixXd*> parts;
   Eigen::MatrixXd of_terms;
-  for (const Effect& e : effects_) found_columns.push_back(effect(InfoOf(e).parameters.size()));
+  for (const Effect& e : effects_) places.found.push_back(effect(InfoOf(e)));
   const Eigen::VectorXd here =
       candidates.empty() ? Eigen::VectorXd() : flight_->Evaluate(fit_.x, false).r;
   for (const Candidate& c : candidates) {
-    candidate_columns.push_back(effect(c.info->parameters.size()));
+    places.candidates.push_back(effect(*c.info));
     parts.push_back(&ColumnsOf(c, here));
   }
   if (terms) {
@@ -338,39 +336,31 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
     const TermScope scope{drive(), log_->data, open.Motions()};
     const std::vector<TermGroup> groups = TermGroups(scope);
     for (const TermGroup& group : groups) {
-      term_columns.push_back(
-          TermColumnsOf(group, scope.motions, next(static_cast<int>(group.terms.size()))));
+      places.terms.push_back(TermColumnsOf(group, scope.motions, places.Next(group.terms.size())));
     }
     of_terms = open.Columns(TermsOf(groups));
     parts.push_back(&of_terms);
   }
   // A force acts on the path, too, and its columns change slowly: the sum of both is its size.
-  std::vector<std::vector<int>> answers(effects_.size());
+  places.answers.resize(effects_.size());
   std::vector<Eigen::MatrixXd> earlier;
   earlier.reserve(effects_.size());
   for (std::size_t k = 0; k < effects_.size(); ++k) {
     if (InfoOf(effects_[k]).enters != EntersAt::kAccelerometer) continue;
-    const std::vector<int>& own = found_columns[k].columns;
-    const auto size = static_cast<int>(own.size());
-    earlier.push_back(
-        ReadEarlier(*flight_, fit_.columns.d_rows.middleCols(own.front() - kThetaSize, size)));
+    const std::vector<int>& own = places.found[k].columns;
+    earlier.push_back(ReadEarlier(
+        *flight_, fit_.columns.d_rows.middleCols(own.front() - kThetaSize, std::ssize(own))));
     parts.push_back(&earlier.back());
-    answers[k] = next(size);
+    places.answers[k] = places.Next(own.size());
   }
-  Eigen::MatrixXd stacked(flight_->rows(), at - kThetaSize - fit_.columns.count());
+  Eigen::MatrixXd stacked(flight_->rows(), places.placed - kThetaSize - fit_.columns.count());
   Eigen::Index column = 0;
   for (const Eigen::MatrixXd* part : parts) {
     stacked.middleCols(column, part->cols()) = *part;
     column += part->cols();
   }
-  auto fit =
-      std::make_unique<ImuLinearisation>(flight_, fit_, ordinary, FreeColumns(stacked), fit_.noise);
-  for (const Candidate& error : Ordinary()) fit->ordinary.push_back(error.id());
-  fit->found = std::move(found_columns);
-  fit->candidates = std::move(candidate_columns);
-  fit->terms = std::move(term_columns);
-  fit->answers = std::move(answers);
-  return fit;
+  return std::make_unique<ImuLinearisation>(flight_, fit_, OrdinaryCount(), FreeColumns(stacked),
+                                            fit_.noise, std::move(places));
 }
 
 std::vector<TermMotion> ImuDrivenFlight::Motions() const {
@@ -380,14 +370,11 @@ std::vector<TermMotion> ImuDrivenFlight::Motions() const {
 std::unique_ptr<Linearisation> ImuDrivenFlight::LineariseTerms(
     const std::vector<TermForm>& terms) const {
   const Eigen::MatrixXd columns = ImuOpenTerms(flight_.get(), fit_.x).Columns(terms);
-  auto fit = std::make_unique<ImuLinearisation>(flight_, fit_, OrdinaryCount(),
-                                                FreeColumns(columns), fit_.noise);
-  fit->nuisances = Range(0, kThetaSize + fit_.columns.count());  // causes in the model, too
-  const int first = kThetaSize + fit_.columns.count();
-  for (std::size_t i = 0; i < terms.size(); ++i) {
-    fit->terms.push_back({terms[i].Name(), {first + static_cast<int>(i)}, {}});
-  }
-  return fit;
+  ColumnPlaces places;
+  places.nuisances = places.Next(kThetaSize + fit_.columns.count());  // causes in the model, too
+  for (const TermForm& term : terms) places.terms.push_back({term.Name(), places.Next(1), {}});
+  return std::make_unique<ImuLinearisation>(flight_, fit_, OrdinaryCount(), FreeColumns(columns),
+                                            fit_.noise, std::move(places));
 }
 
 std::vector<std::string> ImuDrivenFlight::Constants() const {

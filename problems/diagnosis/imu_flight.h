@@ -90,8 +90,8 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   // Physical parameters with their sigmas.
   ThetaVector Parameters() const;
   ThetaVector Sigmas() const;
-  // The model of the last Fit refitted to the clusters in `used` only.
-  PartFit FitOf(const std::vector<Found>& found, const std::vector<bool>& used) const;
+  // The model of the last Fit refitted to the other half.
+  PartFit FitWithout(int half, const std::vector<Found>& found) const;
   void AddArcs(const FlightLog& corrected, const PartFit& fit, int half,
                std::map<int, double>* errors) const;
   void AddAgreement(const PartFit& fit, int half, HeldOutErrors* errors) const;

@@ -153,7 +153,7 @@ NoiseStrengths WithLogs(NoiseStrengths noise, const Eigen::VectorXd& logs) {
 
 // The border unknowns of a flight with these columns, of those of the flight with all.
 std::vector<int> BorderOf(const std::vector<int>& columns) {
-  std::vector<int> border = Range(0, kThetaSize);
+  std::vector<int> border = ColumnPlaces().Next(kThetaSize);
   for (const int column : columns) border.push_back(kThetaSize + column);
   return border;
 }

@@ -1,7 +1,6 @@
 #include "problems/diagnosis/linearisation.h"
 
 #include <cmath>
-#include <numeric>
 
 namespace trueline {
 
@@ -20,6 +19,12 @@ Eigen::VectorXd EffectColumns::Steps(const EffectInfo& info, const Eigen::Vector
   return steps;
 }
 
+std::vector<int> ColumnPlaces::Next(std::size_t count) {
+  std::vector<int> next(count);
+  for (int& column : next) column = placed++;
+  return next;
+}
+
 std::vector<int> Linearisation::Modelled() const {
   std::vector<int> all = nuisances;
   for (const EffectColumns& f : found) all = Concatenated(std::move(all), f.columns);
@@ -32,12 +37,6 @@ std::vector<int> Linearisation::Beside(std::size_t which) const {
     if (k != which) beside = Concatenated(std::move(beside), found[k].columns);
   }
   return beside;
-}
-
-std::vector<int> Range(int first, int count) {
-  std::vector<int> range(count);
-  std::iota(range.begin(), range.end(), first);
-  return range;
 }
 
 std::vector<int> Concatenated(std::vector<int> columns, const std::vector<int>& more) {

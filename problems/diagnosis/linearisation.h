@@ -34,10 +34,26 @@ struct TermColumns {
   bool held = false;
 };
 
-class Linearisation {
+// What stands in which columns of a linearised fit: first the model's constants.
+struct ColumnPlaces {
+  std::vector<int> nuisances;         // constants and ordinary errors
+  std::vector<std::string> ordinary;  // ids of the ordinary errors, which every vehicle has
+  std::vector<EffectColumns> found;   // causes in the model, linearised at their values
+  std::vector<EffectColumns> candidates;
+  std::vector<TermColumns> terms;
+  // By cause in the model that is an error of the accelerometer: its columns, had they been read
+  // before the flight made them. A controller that answers what the model lacks makes them so.
+  std::vector<std::vector<int>> answers;
+  int placed = 0;
+
+  // The next `count` columns.
+  std::vector<int> Next(std::size_t count);
+};
+
+class Linearisation : public ColumnPlaces {
  public:
-  // The border of `system` are the columns: first the model's constants.
-  explicit Linearisation(ReducedSystem system) : system_(std::move(system)) {}
+  explicit Linearisation(ReducedSystem system, ColumnPlaces places = {})
+      : ColumnPlaces(std::move(places)), system_(std::move(system)) {}
   virtual ~Linearisation() = default;
 
   // See ReducedSystem.
@@ -57,15 +73,6 @@ class Linearisation {
   // For each set of columns; empty if the drive's noise is not learned in this way.
   virtual std::vector<Relearned> Relearn(const std::vector<std::vector<int>>&) const { return {}; }
 
-  std::vector<int> nuisances;         // constants and ordinary errors
-  std::vector<std::string> ordinary;  // ids of the ordinary errors, which every vehicle has
-  std::vector<EffectColumns> found;   // causes in the model, linearised at their values
-  std::vector<EffectColumns> candidates;
-  std::vector<TermColumns> terms;
-  // By cause in the model that is an error of the accelerometer: its columns, had they been read
-  // before the flight made them. A controller that answers what the model lacks makes them so.
-  std::vector<std::vector<int>> answers;
-
   // Nuisances, and the columns of all causes in the model.
   std::vector<int> Modelled() const;
   // The same without those of cause `which`.
@@ -79,8 +86,6 @@ class Linearisation {
   ReducedSystem system_;
 };
 
-// Indices `first`, `first` + 1, ... and lists one after another.
-std::vector<int> Range(int first, int count);
 std::vector<int> Concatenated(std::vector<int> columns, const std::vector<int>& more);
 
 }  // namespace trueline

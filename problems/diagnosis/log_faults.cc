@@ -4,18 +4,6 @@
 #include <span>
 
 namespace trueline {
-namespace {
-
-// What was fitted to a wrong log is no model of the next flight.
-void LeaveOutOfModel(Diagnosis* diagnosis) {
-  if (diagnosis->in_model.empty()) return;
-  diagnosis->in_model.clear();
-  for (DescribedTerm& term : diagnosis->open.described) term.in_model = false;
-  diagnosis->model_lacks = "all causes and terms, since a fault of the log is fatal";
-}
-
-}  // namespace
-
 std::string VerdictWith(const std::vector<LogFault>& faults, const std::string& verdict) {
   const auto blocks = [&](const LogFault& fault) {
     return fault.fatal || (verdict == "clean" && !fault.kind->is_effect);
@@ -26,7 +14,11 @@ std::string VerdictWith(const std::vector<LogFault>& faults, const std::string& 
 void AddLogFaults(const std::vector<LogFault>& faults, Diagnosis* diagnosis) {
   for (const LogFault& fault : faults) diagnosis->log_faults.push_back(fault.text);
   diagnosis->verdict = VerdictWith(faults, diagnosis->verdict);
-  if (std::ranges::any_of(faults, &LogFault::fatal)) LeaveOutOfModel(diagnosis);
+  if (diagnosis->in_model.empty() || std::ranges::none_of(faults, &LogFault::fatal)) return;
+  // What was fitted to a wrong log is no model of the next flight.
+  diagnosis->in_model.clear();
+  for (DescribedTerm& term : diagnosis->open.described) term.in_model = false;
+  diagnosis->model_lacks = "all causes and terms, since a fault of the log is fatal";
 }
 
 void LeaveOutFaultyFlights(std::vector<FlightLog>* logs, std::vector<LogFault>* faults) {

@@ -13,28 +13,24 @@
 namespace trueline {
 namespace {
 
-Eigen::Vector3d Rms(const std::vector<MisfitRow>& rows, double horizon,
-                    const std::function<Eigen::Vector3d(const MisfitRow&)>& error) {
-  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
-  int count = 0;
-  for (const MisfitRow& row : rows) {
-    if (row.before.horizon != horizon) continue;
-    squares += error(row).cwiseAbs2();
-    ++count;
-  }
-  return (squares / std::max(1, count)).cwiseSqrt();
-}
-
 std::vector<MisfitGrowth> GrowthOf(const std::vector<MisfitRow>& rows) {
-  std::map<double, int> replays;
-  for (const MisfitRow& row : rows) ++replays[row.before.horizon];
+  std::map<double, MisfitGrowth> by_horizon;
+  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+  for (const auto& [before, after, at] : rows) {
+    const MisfitGrowth none{before.horizon, 0, zero, zero, zero, zero};
+    MisfitGrowth& g = by_horizon.try_emplace(before.horizon, none).first->second;
+    ++g.replays;
+    g.before_E += before.error_E.cwiseAbs2();
+    g.after_E += after.error_E.cwiseAbs2();
+    g.before_B += before.error_B.cwiseAbs2();
+    g.after_B += after.error_B.cwiseAbs2();
+  }
   std::vector<MisfitGrowth> growth;
-  growth.reserve(replays.size());
-  for (const auto& [h, count] : replays) {
-    growth.push_back({h, count, Rms(rows, h, [](const MisfitRow& r) { return r.before.error_E; }),
-                      Rms(rows, h, [](const MisfitRow& r) { return r.after.error_E; }),
-                      Rms(rows, h, [](const MisfitRow& r) { return r.before.error_B; }),
-                      Rms(rows, h, [](const MisfitRow& r) { return r.after.error_B; })});
+  for (auto& [horizon, g] : by_horizon) {
+    for (Eigen::Vector3d* square : {&g.before_E, &g.after_E, &g.before_B, &g.after_B}) {
+      *square = (*square / g.replays).cwiseSqrt();
+    }
+    growth.push_back(g);
   }
   return growth;
 }

@@ -1,11 +1,12 @@
-#include "problems/diagnosis/open_search.h"
-
+// Search of the open catalogue: which terms describe what the causes leave.
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
 
 #include "problems/common/parallel.h"
+#include "problems/diagnosis/diagnosed_flight.h"
+#include "problems/diagnosis/open_term.h"
 #include "problems/diagnosis/score_test.h"
 #include "problems/diagnosis/thresholds.h"
 #include "problems/result/statistics.h"

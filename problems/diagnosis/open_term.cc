@@ -153,6 +153,28 @@ bool Hovers(const std::vector<TermMotion>& motions) {
   return squares < kSpeed * kSpeed * static_cast<double>(motions.size());
 }
 
+// One term for each axis, all with the same factors.
+std::vector<TermForm> Along(TermOn on, const std::vector<int>& axes, const Factors& with) {
+  std::vector<TermForm> terms;
+  for (const int axis : axes) terms.push_back({on, axis, with});
+  return terms;
+}
+
+// One term for each of x, y, z; the factors by axis.
+std::vector<TermForm> ByAxis(TermOn on, const std::vector<Factors>& with) {
+  std::vector<TermForm> terms;
+  for (const Factors& factors : with)
+    terms.push_back({on, static_cast<int>(terms.size()), factors});
+  return terms;
+}
+
+// Errors of a heading that go with the heading, `periods` times a turn.
+std::vector<TermForm> HeadingErrors(const std::vector<double>& periods) {
+  std::vector<TermForm> terms;
+  for (const Factors& wave : HeadingWaves(periods)) terms.push_back({TermOn::kAttitude, 5, wave});
+  return terms;
+}
+
 }  // namespace
 
 std::string PhysicsOf(const TermForm& term) {
@@ -259,32 +281,6 @@ std::vector<TermForm> NearbyHumps(const TermForm& hump, const std::vector<TermMo
   }
   return nearby;
 }
-
-namespace {
-
-// One term for each axis, all with the same factors.
-std::vector<TermForm> Along(TermOn on, const std::vector<int>& axes, const Factors& with) {
-  std::vector<TermForm> terms;
-  for (const int axis : axes) terms.push_back({on, axis, with});
-  return terms;
-}
-
-// One term for each of x, y, z; the factors by axis.
-std::vector<TermForm> ByAxis(TermOn on, const std::vector<Factors>& with) {
-  std::vector<TermForm> terms;
-  for (const Factors& factors : with)
-    terms.push_back({on, static_cast<int>(terms.size()), factors});
-  return terms;
-}
-
-// Errors of a heading that go with the heading, `periods` times a turn.
-std::vector<TermForm> HeadingErrors(const std::vector<double>& periods) {
-  std::vector<TermForm> terms;
-  for (const Factors& wave : HeadingWaves(periods)) terms.push_back({TermOn::kAttitude, 5, wave});
-  return terms;
-}
-
-}  // namespace
 
 std::vector<TermGroup> TermGroups(const TermScope& scope) {
   using enum TermQuantity;

@@ -14,6 +14,9 @@
 
 namespace trueline {
 
+class DiagnosedFlight;  // diagnosed_flight.h
+struct Found;           // candidate.h
+
 // How the vehicle moves at one time: what a term may go with.
 using TermMotion = TermState<double>;
 
@@ -101,5 +104,13 @@ std::vector<TermForm> HumpsToldBy(const TermForm& term);
 // another edge, where the flight has been.
 std::vector<TermForm> NearbyHumps(const TermForm& hump, const std::vector<TermMotion>& flight,
                                   double step);
+
+// Forward selection of at most a few terms on the flight's last Fit, whose causes are `found`. A
+// term is described if it is significant at `alpha` over all terms, by the noise and by the scatter
+// between clusters, and if each half of the flight predicts the other half better with the size
+// that it shows. Of terms that fit alike, the shortest formula is taken. Each is fitted like a
+// cause, and added to `found`, before the next one is searched; a term that is then no longer
+// significant is dropped.
+OpenCatalogue DescribeMisfit(DiagnosedFlight* flight, std::vector<Found>* found, double alpha);
 
 }  // namespace trueline

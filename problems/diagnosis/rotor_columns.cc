@@ -59,6 +59,15 @@ TermMotion MotionAt(const RotorSetup& setup, double t, const RotorState& x) {
   return at;
 }
 
+constexpr double kRotorCluster = 1.0;  // s, over which residuals may be correlated
+constexpr double kLocal = 0.1;         // share of a parameter's step, for slopes at a value
+
+// The size of each parameter that one unit of a column at this value stands for.
+Eigen::VectorXd UnitsAt(const Candidate& candidate, const Eigen::VectorXd& value) {
+  const double share = value == candidate.Neutral() ? 1.0 : kLocal;
+  return share * candidate.EachOf(&EffectParameterInfo::step);
+}
+
 }  // namespace
 
 RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> variants,
@@ -103,19 +112,6 @@ RotorColumns OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>
   };
   return columns;
 }
-
-namespace {
-
-constexpr double kRotorCluster = 1.0;  // s, over which residuals may be correlated
-constexpr double kLocal = 0.1;         // share of a parameter's step, for slopes at a value
-
-// The size of each parameter that one unit of a column at this value stands for.
-Eigen::VectorXd UnitsAt(const Candidate& candidate, const Eigen::VectorXd& value) {
-  const double share = value == candidate.Neutral() ? 1.0 : kLocal;
-  return share * candidate.EachOf(&EffectParameterInfo::step);
-}
-
-}  // namespace
 
 std::vector<RotorVariant> RotorDrivenFlight::VariantsFor(const Candidate& candidate,
                                                          const Eigen::VectorXd& value,
@@ -195,25 +191,23 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
   const TermScope scope{drive(), log_, terms ? Motions() : std::vector<TermMotion>()};
   const std::vector<TermGroup> groups = terms ? TermGroups(scope) : std::vector<TermGroup>();
   const RotorColumns of_terms = OpenRotorTerms(*fit_.setup, TermsOf(groups));
-  const bool as_fitted = candidates.empty() && !terms;
-  auto fit = std::make_unique<Linearisation>(
-      as_fitted
-          ? Normal()
-          : NormalWith(ColumnsOf(*fit_.setup, std::move(variants), terms ? &of_terms : nullptr)));
-  fit->nuisances = Range(0, constants());
-  int at = constants();
-  const auto next = [&at](int count) { return Range(std::exchange(at, at + count), count); };
+  ColumnPlaces places;
+  places.nuisances = places.Next(constants());
   for (const Found& f : fit_.found) {
-    fit->found.push_back({next(f.candidate.size()), UnitsAt(f.candidate, f.value)});
+    places.found.push_back({places.Next(f.candidate.size()), UnitsAt(f.candidate, f.value)});
   }
   for (const Candidate& c : candidates) {
-    fit->candidates.push_back({next(c.size()), UnitsAt(c, c.Neutral())});
+    places.candidates.push_back({places.Next(c.size()), UnitsAt(c, c.Neutral())});
   }
   for (const TermGroup& group : groups) {
-    fit->terms.push_back(
-        TermColumnsOf(group, scope.motions, next(static_cast<int>(group.terms.size()))));
+    places.terms.push_back(TermColumnsOf(group, scope.motions, places.Next(group.terms.size())));
   }
-  return fit;
+  const bool as_fitted = candidates.empty() && !terms;
+  return std::make_unique<Linearisation>(
+      as_fitted
+          ? Normal()
+          : NormalWith(ColumnsOf(*fit_.setup, std::move(variants), terms ? &of_terms : nullptr)),
+      std::move(places));
 }
 
 std::vector<TermMotion> RotorDrivenFlight::Motions() const {
@@ -229,14 +223,11 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::LineariseTerms(
     const std::vector<TermForm>& terms) const {
   const RotorColumns columns = OpenRotorTerms(*fit_.setup, terms);
   std::vector<RotorVariant> variants = VariantsOfFound();
-  const int modelled = constants() + static_cast<int>(variants.size());
-  auto fit = std::make_unique<Linearisation>(
-      NormalWith(ColumnsOf(*fit_.setup, std::move(variants), &columns)));
-  fit->nuisances = Range(0, modelled);
-  for (std::size_t i = 0; i < terms.size(); ++i) {
-    fit->terms.push_back({terms[i].Name(), {modelled + static_cast<int>(i)}, {}});
-  }
-  return fit;
+  ColumnPlaces places;
+  places.nuisances = places.Next(constants() + variants.size());
+  for (const TermForm& term : terms) places.terms.push_back({term.Name(), places.Next(1), {}});
+  return std::make_unique<Linearisation>(
+      NormalWith(ColumnsOf(*fit_.setup, std::move(variants), &columns)), std::move(places));
 }
 
 std::vector<std::string> RotorDrivenFlight::ExtraordinaryNoise() const {

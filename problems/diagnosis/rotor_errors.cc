@@ -27,6 +27,41 @@ std::size_t NearestPose(const RotorData& data, double t) {
   return static_cast<std::size_t>(nearest - poses.begin());
 }
 
+// The share of a step of the constants, at most 1, that leaves mass and inertia a fifth of their
+// values. Half a flight may show inertia so badly that the whole step, which is linear, makes it
+// negative.
+double ShareWithinBody(const RotorConstants& from, const RotorConstants& step) {
+  constexpr double kLeastLeft = 0.2;
+  double share = 1.0;
+  for (const int i :
+       {kMassConstant, kInertiaConstants, kInertiaConstants + 1, kInertiaConstants + 2}) {
+    if (step[i] < 0.0) share = std::min(share, (1.0 - kLeastLeft) * from[i] / -step[i]);
+  }
+  return std::max(share, 0.0);
+}
+
+// The unmodelled force between two poses: mean specific force and angular acceleration (body
+// axes), in sigmas of what the flight resolves.
+Eigen::Matrix<double, 6, 1> DisturbanceOf(const RotorSetup& setup, const RotorNoise& noise,
+                                          const RotorNode& start, const RotorNode& next,
+                                          const RotorConstants& constants, RotorSegment span) {
+  const auto accelerations = [](double, const RotorState&, Eigen::MatrixXd* out) {
+    out->setIdentity(12, 6);
+  };
+  SegmentModel segment(setup.model, *setup.data, noise, std::move(span), {});
+  const SegmentPath path = segment.Follow(start, constants);
+  segment.SetWeight(path);
+  SegmentResidual residual = segment.Evaluate(path, next);
+  segment.Whiten(&residual);
+  Eigen::MatrixXd response = segment.Respond(path, next, 6, accelerations);
+  segment.Whiten(&response);
+  Eigen::Matrix<double, 6, 1> sigmas;
+  for (int j = 0; j < 6; ++j) {
+    sigmas[j] = -response.col(j).dot(residual.error) / response.col(j).norm();
+  }
+  return sigmas;
+}
+
 }  // namespace
 
 std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
@@ -83,25 +118,10 @@ ReplaySituation RotorDrivenFlight::SituationOf(const ReplayError& replay) const 
   return at;
 }
 
-namespace {
-
-// The share of a step of the constants, at most 1, that leaves mass and inertia a fifth of their
-// values. Half a flight may show inertia so badly that the whole step, which is linear, makes it
-// negative.
-double ShareWithinBody(const RotorConstants& from, const RotorConstants& step) {
-  constexpr double kLeastLeft = 0.2;
-  double share = 1.0;
-  for (const int i :
-       {kMassConstant, kInertiaConstants, kInertiaConstants + 1, kInertiaConstants + 2}) {
-    if (step[i] < 0.0) share = std::min(share, (1.0 - kLeastLeft) * from[i] / -step[i]);
-  }
-  return std::max(share, 0.0);
-}
-
-}  // namespace
-
-RotorDrivenFlight::PartFit RotorDrivenFlight::FitOf(const std::vector<Found>& found,
-                                                    const std::vector<bool>& used) const {
+RotorDrivenFlight::PartFit RotorDrivenFlight::FitWithout(int half,
+                                                         const std::vector<Found>& found) const {
+  std::vector<bool> used(Normal().clusters());
+  for (std::size_t c = 0; c < used.size(); ++c) used[c] = HalfOf(static_cast<int>(c)) != half;
   const RotorNormal normal = Normal().Only(used);
   Eigen::VectorXd z = normal.M().ldlt().solve(-normal.b());
   const RotorPrior& prior = fit_.setup->prior;
@@ -132,10 +152,7 @@ HeldOutErrors RotorDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
   const int count = Normal().clusters();
   if (count < kFewestBlocks) return errors;
   for (const int half : {0, 1}) {
-    std::vector<bool> used;
-    used.reserve(static_cast<std::size_t>(count));
-    for (int c = 0; c < count; ++c) used.push_back(HalfOf(c) != half);
-    PartFit part = FitOf(found, used);
+    PartFit part = FitWithout(half, found);
     const RotorSetup setup = MakeRotorSetup(log_, options_, *lagged_, part.effects);
     part.constants = setup.prior.WithKnown(part.constants);
     const double start = setup.data->poses.front().t;
@@ -151,32 +168,6 @@ HeldOutErrors RotorDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
   }
   return errors;
 }
-
-namespace {
-
-// The unmodelled force between two poses: mean specific force and angular acceleration (body
-// axes), in sigmas of what the flight resolves.
-Eigen::Matrix<double, 6, 1> DisturbanceOf(const RotorSetup& setup, const RotorNoise& noise,
-                                          const RotorNode& start, const RotorNode& next,
-                                          const RotorConstants& constants, RotorSegment span) {
-  const auto accelerations = [](double, const RotorState&, Eigen::MatrixXd* out) {
-    out->setIdentity(12, 6);
-  };
-  SegmentModel segment(setup.model, *setup.data, noise, std::move(span), {});
-  const SegmentPath path = segment.Follow(start, constants);
-  segment.SetWeight(path);
-  SegmentResidual residual = segment.Evaluate(path, next);
-  segment.Whiten(&residual);
-  Eigen::MatrixXd response = segment.Respond(path, next, 6, accelerations);
-  segment.Whiten(&response);
-  Eigen::Matrix<double, 6, 1> sigmas;
-  for (int j = 0; j < 6; ++j) {
-    sigmas[j] = -response.col(j).dot(residual.error) / response.col(j).norm();
-  }
-  return sigmas;
-}
-
-}  // namespace
 
 Residuals RotorDrivenFlight::WhitenedResiduals() const {
   constexpr double kBlock = 0.5;  // s; pose noise correlates neighbours within a block

@@ -115,12 +115,12 @@ class RotorDrivenFlight final : public DiagnosedFlight {
                                         const std::vector<Effect>& others) const;
   // Variants of all causes in the model, each given the others.
   std::vector<RotorVariant> VariantsOfFound() const;
-  // The model of the last Fit refitted to the clusters in `used` only.
+  // The model of the last Fit refitted to the other half.
   struct PartFit {
     RotorConstants constants;
     std::vector<Effect> effects;
   };
-  PartFit FitOf(const std::vector<Found>& found, const std::vector<bool>& used) const;
+  PartFit FitWithout(int half, const std::vector<Found>& found) const;
 
   const FlightLog& log_;
   RotorCalibrationOptions options_;                         // noise and delay as learned

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "problems/diagnosis/evidence_sum.h"
-#include "problems/diagnosis/explanation.h"
 #include "problems/diagnosis/rules.h"
 #include "problems/diagnosis/steps.h"
 #include "problems/diagnosis/thresholds.h"

@@ -68,7 +68,7 @@ bool IsShown(const ImuDrivenFlight& flight, const Found& found, const ScoreTest&
          Plausible(found.candidate, found.value) && flight.ConstantsArePhysical(found);
 }
 
-std::optional<WindFit> FitWind(const FlightLog& log, const CalibrationOptions& options) {
+std::optional<WindFit> FitWind(const FlightLog& log, const CalibrationOptions& options) try {
   ImuDrivenFlight flight(PrepareLog(log, DiagnosisOptionsOf(options)));
   const std::optional<Found> step = StepToWind(flight);
   if (!step || !Plausible(step->candidate, step->value)) return std::nullopt;
@@ -78,15 +78,8 @@ std::optional<WindFit> FitWind(const FlightLog& log, const CalibrationOptions& o
   const ScoreTest test = TestFound(*flight.Linearise({}, false), found, 0);
   if (!IsShown(flight, found.front(), test)) return std::nullopt;
   return WindFit{found.front(), test, without, flight.Estimates()};
-}
-
-// None where the base fit can't be made.
-std::optional<WindFit> TryToFitWind(const FlightLog& log, const CalibrationOptions& options) {
-  try {
-    return FitWind(log, options);
-  } catch (const InputError&) {
-    return std::nullopt;
-  }
+} catch (const InputError&) {
+  return std::nullopt;  // the base fit can't be made
 }
 
 std::vector<MovedConstant> MovesOf(const Estimates& stated, const Estimates& without,
@@ -147,7 +140,7 @@ std::optional<UnmodelledWind> FindUnmodelledWind(const FlightLog& log,
   const bool has_wind = std::ranges::count(calibration.effects, "wind", &Effect::id) > 0;
   if (windows.empty() || has_wind || !LooksForWind(log, options.methods.vgd)) return std::nullopt;
   const CalibrationOptions reported = OptionsOfReported(calibration, options);
-  const auto wind = TryToFitWind(PartBefore(windows.back().end, log), reported);
+  const auto wind = FitWind(PartBefore(windows.back().end, log), reported);
   if (!wind) return std::nullopt;
   return UnmodelledWind{wind->found.value, wind->test.sigma, wind->test.p(),
                         MovesWith(*wind, log, reported, calibration)};

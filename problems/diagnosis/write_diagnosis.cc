@@ -309,14 +309,12 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   for (const CandidateReport& c : diagnosis.candidates) {
     node["candidates"].push_back(CandidateNode(c));
   }
-  YAML::Node residual;
-  residual["rms_before"] = Rounded(diagnosis.before.rms, 4);
-  residual["rms_after"] = Rounded(diagnosis.after.rms, 4);
-  residual["unit"] = "sigma";
-  residual["white"] = diagnosis.after.whiteness_p > 0.01;
-  residual["whiteness_p"] = Rounded(diagnosis.after.whiteness_p, 3);
-  residual["whiteness_p_before"] = Rounded(diagnosis.before.whiteness_p, 3);
-  node["residual"] = Flow(residual);
+  node["residual"] = FlowMap({{"rms_before", Rounded(diagnosis.before.rms, 4)},
+                              {"rms_after", Rounded(diagnosis.after.rms, 4)},
+                              {"unit", "sigma"},
+                              {"white", diagnosis.after.whiteness_p > 0.01 ? "true" : "false"},
+                              {"whiteness_p", Rounded(diagnosis.after.whiteness_p, 3)},
+                              {"whiteness_p_before", Rounded(diagnosis.before.whiteness_p, 3)}});
   if (diagnosis.misfit) node["misfit"] = MisfitNode(*diagnosis.misfit);
   node["noise"] = diagnosis.noise;
   if (diagnosis.rotor_delay) node["rotor_delay"] = *diagnosis.rotor_delay;

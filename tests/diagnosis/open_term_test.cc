@@ -78,7 +78,8 @@ TEST(TermGroups, NameWhatAFlightOfEachDriveIsCorrelatedWith) {
     for (const TermGroup& group : TermGroups({drive, SquareLog(), flight})) {
       EXPECT_TRUE(names.insert(group.name).second) << group.name;
       held += group.held;
-      const TermColumns columns = TermColumnsOf(group, flight, Range(0, group.terms.size()));
+      const TermColumns columns =
+          TermColumnsOf(group, flight, ColumnPlaces().Next(group.terms.size()));
       EXPECT_EQ(columns.ordinary.size(), std::ssize(columns.columns)) << group.name;
       EXPECT_GT(columns.ordinary.minCoeff(), 0.0) << group.name;
     }
