@@ -113,29 +113,26 @@ VectorXd RobustWeightsByAxis(const VectorXd& residual) {
 
 std::map<int, double> DistancesFromMocap(const StreamRows& rows,
                                          const std::function<bool(double t)>& counts) {
-  constexpr int kReweighted = 3;
-  std::vector<Eigen::Index> chosen;  // samples
+  std::vector<double> t;
+  std::vector<Eigen::Index> chosen;  // rows
   for (std::size_t i = 0; i < rows.t.size(); ++i) {
-    const auto sample = static_cast<Eigen::Index>(i);
-    if (counts(rows.t[i]) && !rows.r.segment<3>(3 * sample).isZero(0.0)) chosen.push_back(sample);
+    const auto row = static_cast<Eigen::Index>(3 * i);
+    if (!counts(rows.t[i]) || rows.r.segment<3>(row).isZero(0.0)) continue;
+    t.push_back(rows.t[i]);
+    for (const Eigen::Index axis : {0, 1, 2}) chosen.push_back(row + axis);
   }
-  VectorXd r(3 * static_cast<Eigen::Index>(chosen.size()));
-  Eigen::MatrixXd offsets(r.size(), rows.nuisances.cols());
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    const auto to = static_cast<Eigen::Index>(3 * i);
-    r.segment<3>(to) = rows.r.segment<3>(3 * chosen[i]);
-    offsets.middleRows<3>(to) = rows.nuisances.middleRows<3>(3 * chosen[i]);
-  }
+  const VectorXd r = rows.r(chosen);
+  const Eigen::MatrixXd offsets = rows.nuisances(chosen, Eigen::all);
   if (r.size() <= offsets.cols()) return {};
   VectorXd left = r;
-  for (int i = 0; i < kReweighted; ++i) {
+  for (int i = 0; i < kRepeats; ++i) {
     const VectorXd root = RobustWeightsByAxis(left).cwiseSqrt();
     const Eigen::MatrixXd weighted = root.asDiagonal() * offsets;
     left = r - offsets * weighted.completeOrthogonalDecomposition().solve(root.cwiseProduct(r));
   }
   std::map<int, std::pair<double, int>> sums;  // by second: distances and their number
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    auto& [sum, count] = sums[static_cast<int>(std::floor(rows.t[chosen[i]]))];
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    auto& [sum, count] = sums[static_cast<int>(std::floor(t[i]))];
     sum += left.segment<3>(static_cast<Eigen::Index>(3 * i)).norm();
     ++count;
   }

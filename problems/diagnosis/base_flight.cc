@@ -29,7 +29,6 @@ struct ShiftedFixError {
 };
 using ShiftedFixResidual = NodeResidual<ShiftedFixError, 6, 6, 3>;
 
-constexpr int kMinClusters = 4;   // fewer clusters give no usable scatter
 constexpr double kCluster = 2.0;  // s; a longer run of fixes (mocap) gives several clusters
 
 struct Stretch {
@@ -218,12 +217,12 @@ FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) 
       add_inside(s, forces, &plan.forces, &plan.force_cluster);
     }
   }
-  if (plan.clusters < kMinClusters || plan.segments.empty()) {
+  if (plan.clusters <= kBlockClusters || plan.segments.empty()) {
     const bool may_fit_to_mocap = !flight.log.mocap.empty() && !IsFittedToMocap(flight.log);
     throw NoUsableResult(
         fmt::format("{}: {} passes of fixes are too few for a diagnosis, which needs {} or more; "
                     "fly more laps{}",
-                    flight.log.directory, plan.clusters, kMinClusters,
+                    flight.log.directory, plan.clusters, kBlockClusters + 1,
                     may_fit_to_mocap ? ", or fit to mocap (--fit_to=mocap) if it covers more"
                                      : ", or log attitude and positions for the whole flight"));
   }

@@ -13,11 +13,10 @@
 namespace trueline {
 namespace {
 
-constexpr double kVisible = 5.5;     // sigmas: an offset of as much is clearly no noise
-constexpr int kFewest = 6;           // fixes that make a place
-constexpr double kElsewhere = 0.25;  // m from the gate: a nearer one is a poor detection
-constexpr double kShare = 0.3;       // of the outliers, at least, agree on the place
-constexpr double kWidest = 2.0;  // m, half the side of the smallest box that outliers spread over
+constexpr double kVisible = 5.5;  // sigmas: an offset of as much is clearly no noise
+constexpr int kFewest = 6;        // fixes that make a place
+constexpr double kShare = 0.3;    // of the outliers, that agree on the place; of bystanders
+constexpr double kWidest = 2.0;   // m, half the side of the smallest box that outliers spread over
 
 // A fix of a gate that was fitted.
 struct FittedFix {
@@ -77,7 +76,6 @@ bool IsOnPath(const FittedFix& fix, const FittedFix& place) {
 // True if other fixes of the same gate from the same distance lie on the path. If all fixes are
 // displaced, the cause is a lens or size error and not a false gate.
 bool HasBystanders(const FittedFixes& fixes, const FittedFixes& agreeing, const FittedFix& place) {
-  constexpr double kBystanderShare = 0.2;
   int bystanders = 0, all = 0;
   for (const FittedFix& fix : fixes) {
     const bool alike = std::ranges::any_of(agreeing, [&](const FittedFix& o) {
@@ -87,7 +85,7 @@ bool HasBystanders(const FittedFixes& fixes, const FittedFixes& agreeing, const 
     ++all;
     bystanders += IsOnPath(fix, place);
   }
-  return bystanders >= kBystanderShare * all;
+  return bystanders >= kShare * all;
 }
 
 // How many agree on a place independently: an error of the path moves whole passes, but no fix
@@ -138,7 +136,7 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
   FittedFixes best;
   const FittedFix* centre = nullptr;
   for (const FittedFix& o : outliers) {
-    if (o.d.norm() < kElsewhere) continue;
+    if (o.d.norm() < kSamePlace) continue;  // a poor detection of the gate
     FittedFixes agreeing = AgreeingWith(o, outliers);
     if (agreeing.size() > best.size()) {
       best = std::move(agreeing);
@@ -191,7 +189,7 @@ double DetectableFraction(const BaseFlight& flight, const BaseFit& fit, double a
   }
   // The expected number at which a Poisson count reaches `least` with that power.
   double mean = least;
-  while (ChiSquareTail(2.0 * mean, 2.0 * least) > 1.0 - kPower) mean += 0.1;
+  while (ChiSquareTail(2.0 * mean, 2.0 * least) > kSingleAlpha) mean += 0.1;
   return std::min(1.0, mean / visible);
 }
 

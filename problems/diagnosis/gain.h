@@ -5,8 +5,7 @@
 
 namespace trueline {
 
-// Clusters of a flight belong to one half or the other in blocks of three, which share fixes.
-inline constexpr int kBlockClusters = 3;
+// The half of a flight that a cluster belongs to.
 int HalfOf(int cluster);
 
 // The mean difference over arcs (or replays) that both models predict. Neighbours share data, so

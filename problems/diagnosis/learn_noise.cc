@@ -123,9 +123,8 @@ double Maximise(Evidence* evidence, int sweeps, NoiseStrengths* noise) {
 
 // A strength of zero has no logarithm to search from.
 NoiseStrengths AboveZero(NoiseStrengths noise) {
-  constexpr double kLeast = 0.01;  // of the usual strength
   for (const Coordinate& c : Coordinates()) {
-    c.In(&noise) = std::max(c.In(&noise), kLeast * c.usual);
+    c.In(&noise) = std::max(c.In(&noise), kNegligible * c.usual);
   }
   return noise;
 }
@@ -191,7 +190,7 @@ class NewtonSteps {
     const Columns own = linear_.columns.Only(columns);
     const LinearFlight linear = linear_.WithColumns(own);
     NoisyFlight flight(linear);
-    for (int i = 0; i < kHalvings; ++i, step *= 0.5) {
+    for (int i = 0; i < kRepeats; ++i, step *= 0.5) {
       const NoiseStrengths noise = WithLogs(from_, logs_ + kNearStrength * step);
       const double value = flight.Reduced(noise).LogEvidence(border_) + LogPrior(noise);
       if (value > parabola.middle) return {noise, value};

@@ -20,9 +20,6 @@ constexpr int kMostTerms = 3;
 constexpr std::size_t kMostRejected = 4;  // by the fit with them in the model
 constexpr int kChunk = 128;  // columns at a time: the cost of a chunk grows with its square
 constexpr double kNearlyShown = 100.0;  // of the level: noise that is learned again changes p
-// Of a term's information, left beside the model's constants. Below it they imitate the term, and
-// its size says nothing: a moment with the pitch rate beside a constant for just that.
-constexpr double kLeastOwn = 0.01;
 // Of the logarithm of how many times as much scores scatter between clusters as the noise model
 // says: half normal. Of 2,269 tests on a measured nano-drone flight, 1 % exceed 4.3 times, on
 // simulated flights 1.4 to 1.7 times.
@@ -33,7 +30,9 @@ struct TestedOpenTerm {
   double ordinary = 0.0;
   ScoreTest test = {};
   std::array<SizeWithSigma, 2> halves = {};
-  double own = 1.0;  // share of its information that the constants do not imitate
+  // Share of its information that the constants do not imitate. Of a moment with the pitch rate,
+  // beside a constant for just that, nothing is left, and its size says nothing.
+  double own = 1.0;
   double p = 1.0;
   double sigma = 0.0;  // of test.value; with few clusters larger than test.sigma
 
@@ -186,7 +185,7 @@ class OpenSearch {
   std::vector<TestedOpenTerm*> ByGain(std::vector<TestedOpenTerm>* tested) const {
     std::vector<TestedOpenTerm*> order;
     for (TestedOpenTerm& t : *tested) {
-      const bool shown = t.p < kNearlyShown * each_ && t.own >= kLeastOwn;
+      const bool shown = t.p < kNearlyShown * each_ && t.own >= kNegligible;
       if (shown && !rejected_.contains(t.term.Name())) order.push_back(&t);
     }
     std::ranges::sort(order, std::greater<>(), &TestedOpenTerm::gain);
@@ -211,10 +210,9 @@ class OpenSearch {
 
   // The hump near this one that fits best.
   TestedOpenTerm Refined(const TestedOpenTerm& place) const {
-    constexpr double kFirstStep = 0.5, kLeastStep = 0.2;  // of the radius
     TestedOpenTerm best = place;
-    double step = kFirstStep;
-    for (int i = 0; i < kMostIterations && step > kLeastStep; ++i) {
+    double step = 0.5;  // of the radius
+    for (int i = 0; i < kMostIterations && step >= 0.25; ++i) {
       const std::vector<TestedOpenTerm> tested = TestEach(NearbyHumps(best.term, motions_, step));
       const auto next = std::ranges::max_element(tested, {}, &TestedOpenTerm::gain);
       best = *next;
@@ -227,7 +225,7 @@ class OpenSearch {
     std::vector<TestedOpenTerm*> order = ByGain(tested);
     Relearn(&order);
     std::erase_if(order, [&](const TestedOpenTerm* t) {
-      return t->p >= each_ || !t->Repeats() || t->own < kLeastOwn;
+      return t->p >= each_ || !t->Repeats() || t->own < kNegligible;
     });
     if (order.empty()) return nullptr;
     std::ranges::sort(order, std::greater<>(), &TestedOpenTerm::gain);

@@ -9,6 +9,7 @@
 #include "problems/chain/damped_gauss_newton.h"
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/rotor_flight.h"
+#include "problems/diagnosis/thresholds.h"
 
 namespace trueline {
 
@@ -60,11 +61,10 @@ TermMotion MotionAt(const RotorSetup& setup, double t, const RotorState& x) {
 }
 
 constexpr double kRotorCluster = 1.0;  // s, over which residuals may be correlated
-constexpr double kLocal = 0.1;         // share of a parameter's step, for slopes at a value
 
 // The size of each parameter that one unit of a column at this value stands for.
 Eigen::VectorXd UnitsAt(const Candidate& candidate, const Eigen::VectorXd& value) {
-  const double share = value == candidate.Neutral() ? 1.0 : kLocal;
+  const double share = value == candidate.Neutral() ? 1.0 : kSmallPart;
   return share * candidate.EachOf(&EffectParameterInfo::step);
 }
 
@@ -151,7 +151,6 @@ const RotorNormal& RotorDrivenFlight::Normal() const {
 }
 
 bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
-  constexpr double kSmall = 0.1;  // sigmas
   const RotorWeights weights = fit_.weights.By();
   const RotorNormal normal(fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
                            ColumnsOf(*fit_.setup, VariantsOfFound(), nullptr), kRotorCluster,
@@ -174,7 +173,7 @@ bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
     const Eigen::VectorXd units = UnitsAt(f.candidate, f.value);
     for (int i = 0; i < f.value.size(); ++i, ++at) {
       f.value[i] += z[at] * units[i];
-      settled = settled && std::abs(z[at]) < kSmall * sigma[at];
+      settled = settled && std::abs(z[at]) < kSmallPart * sigma[at];
     }
   }
   return settled;

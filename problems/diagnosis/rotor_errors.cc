@@ -146,7 +146,6 @@ RotorDrivenFlight::PartFit RotorDrivenFlight::FitWithout(int half,
 // starts. None of a half where the filter diverges with the other half's fit.
 HeldOutErrors RotorDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
                                                bool /*with_false_data*/) const {
-  constexpr double kHorizon = 0.5;  // s
   HeldOutErrors errors;
   errors.metric = "open_loop_position_error_0.5s";
   const int count = Normal().clusters();
@@ -160,7 +159,7 @@ HeldOutErrors RotorDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
     std::map<int, std::vector<double>> by_cluster;
     for (const OpenLoopError& e :
          PredictOpenLoop(setup.model, *setup.data, options_.noise, part.constants, part.constants,
-                         {kHorizon}, kReplaySpacing)) {
+                         {kReplayHorizons[1]}, kReplaySpacing)) {
       const int cluster = std::min(count - 1, static_cast<int>((e.t - start) / length * count));
       if (HalfOf(cluster) == half) by_cluster[cluster].push_back(e.error);
     }

@@ -13,7 +13,6 @@ constexpr double kLearnOn = 10.0;  // s of flight that noise is learned on
 constexpr int kMostSteps = 4;      // of a refinement
 // Of the cost:
 constexpr double kSameCost = 0.05;  // a smaller change is the solver's tolerance
-constexpr double kRough = 0.01;     // that tolerance while causes are refined
 // Iterations of a solve meanwhile. Where a step was too long, the solve crawls: the cost stays
 // high.
 constexpr int kRoughIterations = 12;
@@ -130,7 +129,7 @@ void RotorDrivenFlight::Solve(const std::vector<Found>& found, const RotorBatchR
   RotorBatchOptions options = BatchOptions();
   options.covariance = false;
   if (rough) {
-    options.negligible = kRough;
+    options.negligible = kNegligible;
     options.max_iterations = kRoughIterations;
   }
   fit_.batch = RunRotorBatch(fit_.setup->model, *fit_.setup->data, options, start, weights);
@@ -150,8 +149,7 @@ bool RotorDrivenFlight::Reweigh(const std::vector<Found>& found) {
 }
 
 void RotorDrivenFlight::ReweighOrShorten(const Fitted& regular, std::vector<Found>* found) {
-  constexpr int kMost = 20;  // halvings: of a step, a millionth has no effect
-  for (int k = 0; k < kMost; ++k) {
+  for (int k = 0; k < kMostIterations; ++k) {
     if (Reweigh(*found)) return;
     *found = Halfway(*found, regular.found);
     fit_.batch = regular.batch;
@@ -187,7 +185,7 @@ bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found
   const double most = start.batch.cost + kSameCost;
   Solve(*found, &start.batch, &weights, true);
   // Constants that absorbed part of the effect (inertia for a missing moment) make steps too long.
-  for (int k = 0; k < kHalvings && fit_.batch.cost > most; ++k) {
+  for (int k = 0; k < kRepeats && fit_.batch.cost > most; ++k) {
     *found = Halfway(*found, before);
     Solve(*found, &start.batch, &weights, true);
   }

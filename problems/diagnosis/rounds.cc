@@ -181,7 +181,6 @@ class CauseSearch {
   // scatter. The likeliest such effects are fitted together with the constants and then judged.
   bool AddMisjudged(const Outcome& outcome) {
     constexpr double kFirstSize = 0.5;  // of the largest plausible
-    constexpr double kLeast = 0.1;      // of the merit of what remains
     const FlightEvidence& evidence = *outcome.evidence;
     const double remaining = StrongestOf(outcome.remaining);
     if (IsFull()) return false;
@@ -189,7 +188,7 @@ class CauseSearch {
     for (const Tested* each : evidence.BestOfEach()) {
       const Tested& t = *each;
       const double dof = static_cast<double>(t.value.size());
-      const bool shown = t.LinearMerit() >= kLeast * remaining &&
+      const bool shown = t.LinearMerit() >= kSmallPart * remaining &&
                          EvidenceOfChance(ChiSquareTail(t.linear_gain, dof) * tried_ * t.tried) >=
                              EvidenceNeeded(options_.alpha);
       if (shown && !std::exchange(known_[t.candidate.Label()].fitted, true)) likely.push_back(t);

@@ -102,15 +102,14 @@ std::string VerdictOf(const std::vector<Cause>& causes, const std::vector<Cause>
 std::vector<std::string> ConfusedConstants(const Linearisation& fit,
                                            const std::vector<Found>& found, std::size_t which,
                                            const std::vector<std::string>& names) {
-  constexpr double kOpened = 0.01;  // of a prior's precision
   constexpr double kCorrelated = 0.7;
   const std::vector<int> nuisances = fit.Beside(which);
   const EffectColumns& own = fit.found[which];
   const std::vector<int> all = Concatenated(nuisances, own.columns);
   Eigen::MatrixXd M = fit.M()(all, all);
   const auto size = static_cast<Eigen::Index>(own.columns.size());
-  // Constants are in units of their prior sigma, so their priors add one.
-  M.diagonal().head(static_cast<Eigen::Index>(names.size())).array() -= 1.0 - kOpened;
+  // Constants are in units of their prior sigma, so their priors add one. Nearly all of it goes.
+  M.diagonal().head(static_cast<Eigen::Index>(names.size())).array() -= 1.0 - kNegligible;
   const Eigen::MatrixXd cov = M.ldlt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
   const Candidate& candidate = found[which].candidate;
   const Eigen::VectorXd steps =

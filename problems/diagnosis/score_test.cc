@@ -206,9 +206,11 @@ ScoreTest TestFound(const Linearisation& fit, const std::vector<Found>& found, s
 
 Vector DetectableSize(const ScoreTest& test, double alpha, const std::vector<Matrix>& errors) {
   const int size = static_cast<int>(test.value.size());
-  const double by_model = NonCentralityFor(ChiSquareCritical(alpha, size), size, kPower);
-  const double by_cluster = NonCentralityFor(
-      size * FCritical(alpha, size, FreeClusters(test.information.rows(), size)), size, kPower);
+  const double by_model =
+      NonCentralityFor(ChiSquareCritical(alpha, size), size, 1.0 - kSingleAlpha);
+  const double by_cluster =
+      NonCentralityFor(size * FCritical(alpha, size, FreeClusters(test.information.rows(), size)),
+                       size, 1.0 - kSingleAlpha);
   // One parameter at a time, the effect's others at zero: v^2 / model is the non-centrality.
   const auto square = [&](const Matrix& error) -> Vector {
     const auto variance = [&](const Matrix& cov) -> Vector {

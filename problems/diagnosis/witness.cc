@@ -23,10 +23,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// A size in a comparison of two streams, and how the log is corrected for it.
-struct Unknown {
-  double value, step, limit;
-};
+// The sizes in a comparison of two streams.
+using Unknowns = std::vector<EffectParameterInfo>;
 using CorrectedRows = std::function<StreamRows(const VectorXd& sizes)>;
 
 struct SizeEstimate {
@@ -90,11 +88,11 @@ struct Linear {
 // `slopes_at` gives the derivatives: of rows without the stream's noise, which would otherwise be
 // taken for a scale (errors in variables).
 std::optional<SizeEstimate> BestSizes(const CorrectedRows& rows_at, const CorrectedRows& slopes_at,
-                                      const std::vector<Unknown>& unknowns) {
-  constexpr double kSmall = 0.01;  // of a step
+                                      const Unknowns& unknowns) {
   const auto count = static_cast<Eigen::Index>(unknowns.size());
-  VectorXd sizes(count), weight;
-  for (Eigen::Index k = 0; k < count; ++k) sizes[k] = unknowns[k].value;
+  const VectorXd steps = EachOf(unknowns, &EffectParameterInfo::step);
+  const VectorXd most = EachOf(unknowns, &EffectParameterInfo::plausible);
+  VectorXd sizes = EachOf(unknowns, &EffectParameterInfo::neutral), weight;
   for (int i = 0;; ++i) {
     const StreamRows rows = rows_at(sizes);
     const Eigen::Index offsets = rows.nuisances.cols();
@@ -103,24 +101,19 @@ std::optional<SizeEstimate> BestSizes(const CorrectedRows& rows_at, const Correc
     columns.leftCols(offsets) = rows.nuisances;
     const VectorXd here = slopes_at(sizes).r;
     for (Eigen::Index k = 0; k < count; ++k) {
-      const VectorXd moved = sizes + unknowns[k].step * VectorXd::Unit(count, k);
-      columns.col(offsets + k) = (slopes_at(moved).r - here) / unknowns[k].step;
+      const VectorXd moved = sizes + steps[k] * VectorXd::Unit(count, k);
+      columns.col(offsets + k) = (slopes_at(moved).r - here) / steps[k];
     }
     if (i == 0) weight = RobustWeightsByAxis(rows.r);
-    for (int robust = 0; robust < 3; ++robust) {
+    for (int k = 0; k < kRepeats; ++k) {
       const Linear linear(columns, weight);
       weight = RobustWeightsByAxis(rows.r + linear.columns * linear.Solve(rows.r));
     }
     const Linear linear(columns, weight);
     const VectorXd solution = linear.Solve(rows.r);
-    bool settled = true;
-    VectorXd moves(count);
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const double move = solution[offsets + k] * linear.unit[offsets + k];
-      settled = settled && std::abs(move) < kSmall * unknowns[k].step;
-      moves[k] = move;
-      sizes[k] = std::clamp(sizes[k] + move, -unknowns[k].limit, unknowns[k].limit);
-    }
+    const VectorXd moves = solution.cwiseProduct(linear.unit).tail(count);
+    const bool settled = (moves.array().abs() < kNegligible * steps.array()).all();
+    sizes = (sizes + moves).cwiseMin(most).cwiseMax(-most);
     if (!settled && i < kMostIterations) continue;
     const auto sigmas = linear.Sigmas(rows.r + linear.columns * solution, rows.t);
     if (!sigmas || !sizes.allFinite() || !sigmas->allFinite()) return std::nullopt;
@@ -144,9 +137,8 @@ class StreamFit {
 
   void Add(const Candidate& candidate) {
     candidates_.push_back(candidate);
-    for (const EffectParameterInfo& info : candidate.info->parameters) {
-      unknowns_.push_back({info.neutral, info.step, info.plausible});
-    }
+    const Unknowns& more = candidate.info->parameters;
+    unknowns_.insert(unknowns_.end(), more.begin(), more.end());
   }
 
   std::optional<SizeEstimate> Run() {
@@ -159,7 +151,7 @@ class StreamFit {
     for (const std::string& id : alike) {
       if (any && !asked(id)) Add({&InfoOf(id), {}});
     }
-    if (acceleration) unknowns_.push_back({0.0, 0.002, 0.2});
+    if (acceleration) unknowns_.push_back({"delay", "s", 0.002, 0.2, 0.0});
     const auto rows_of = [&](const FlightLog& log) {
       return [&](const VectorXd& sizes) {
         FlightLog corrected = CorrectLog(log, EffectsAt(sizes), path_);
@@ -180,11 +172,6 @@ class StreamFit {
   }
 
  private:
-  VectorXd Neutral() const {
-    VectorXd neutral(static_cast<Eigen::Index>(unknowns_.size()));
-    for (Eigen::Index k = 0; k < neutral.size(); ++k) neutral[k] = unknowns_[k].value;
-    return neutral;
-  }
   // Calls `visit(candidate, at, column)` with the place of each one's sizes among the unknowns, and
   // with the column of the offsets that states it; none for an effect that corrects the log.
   template <class Visit>
@@ -199,7 +186,7 @@ class StreamFit {
   }
   // What the log of the next pass is corrected for.
   VectorXd Corrected(const VectorXd& sizes) const {
-    VectorXd corrected = sizes - Neutral();
+    VectorXd corrected = sizes - EachOf(unknowns_, &EffectParameterInfo::neutral);
     ForEachCandidate([&](const Candidate& c, Eigen::Index at, std::optional<int> column) {
       if (column) corrected.segment(at, c.size()).setZero();
     });
@@ -226,7 +213,7 @@ class StreamFit {
   const std::vector<VelocitySample>& path_;
   StreamComparison comparison_;
   std::vector<Candidate> candidates_;
-  std::vector<Unknown> unknowns_;
+  Unknowns unknowns_;
 };
 
 // The IMU's delay against mocap, s.
