@@ -31,13 +31,9 @@ using ShiftedFixResidual = NodeResidual<ShiftedFixError, 6, 6, 3>;
 
 constexpr double kCluster = 2.0;  // s; a longer run of fixes (mocap) gives several clusters
 
-struct Stretch {
-  TimeNs begin, end;
-};
-
 // Joins passes that can be integrated through to stretches.
-std::vector<Stretch> FindStretches(const FlightData& flight) {
-  std::vector<Stretch> stretches;
+std::vector<TimeSpan> FindStretches(const FlightData& flight) {
+  std::vector<TimeSpan> stretches;
   const TimeNs margin = FromSeconds(kMovedBy);
   for (std::size_t i = 0; i < flight.passes.size(); ++i) {
     const Pass& pass = flight.passes[i];
@@ -47,7 +43,7 @@ std::vector<Stretch> FindStretches(const FlightData& flight) {
       stretches.push_back({pass.begin, pass.end});
     }
   }
-  for (Stretch& s : stretches) {
+  for (TimeSpan& s : stretches) {
     TimeNs begin = std::max(s.begin - margin, flight.track.begin() + margin);
     TimeNs end = std::min(s.end + margin, flight.track.end() - margin);
     for (const TimeSpan& gap : flight.track.gaps()) {
@@ -56,7 +52,7 @@ std::vector<Stretch> FindStretches(const FlightData& flight) {
     }
     s = {begin, end};
   }
-  std::erase_if(stretches, [&](const Stretch& s) {
+  std::erase_if(stretches, [&](const TimeSpan& s) {
     return SecondsBetween(s.begin, s.end) < 1.0 || !flight.track.Covers(s.begin, s.end);
   });
   return stretches;
@@ -197,14 +193,15 @@ FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) 
   plan.cluster_starts = ClusterStarts(flight);
   const std::vector<ForceSample> forces = SmoothForces(flight.log.imu);
   plan.clusters = static_cast<int>(plan.cluster_starts.size());
-  const auto add_inside = [&](const Stretch& s, const auto& samples, auto* indices, auto* cluster) {
+  const auto add_inside = [&](const TimeSpan& s, const auto& samples, auto* indices,
+                              auto* cluster) {
     for (std::size_t i = 0; i < samples.size(); ++i) {
       if (samples[i].t <= s.begin || samples[i].t >= s.end) continue;
       indices->push_back(i);
       cluster->push_back(plan.ClusterAt(samples[i].t));
     }
   };
-  for (const Stretch& s : FindStretches(flight)) {
+  for (const TimeSpan& s : FindStretches(flight)) {
     const double seconds = SecondsBetween(s.begin, s.end);
     const int count = std::max(1, static_cast<int>(std::ceil(seconds / options.knot_interval)));
     for (int k = 0; k < count; ++k) {

@@ -6,11 +6,8 @@
 #include <cmath>
 
 namespace trueline {
-namespace {
 
 constexpr int kSteps = 12;  // times tried for a step effect; the best one is refined
-
-}  // namespace
 
 Eigen::VectorXd EachOf(const std::vector<EffectParameterInfo>& parameters,
                        double EffectParameterInfo::*what) {

@@ -20,9 +20,8 @@ std::vector<Cause> CausesFrom(const Rounds& rounds, const DiagnosedFlight& fligh
   for (std::size_t i = 0; i < rounds.found.size(); ++i) {
     const Found& f = rounds.found[i];
     ScoreTest test = TestFound(*fit, rounds.found, i);
-    if (const std::vector<int> answers = fit->Answers(i); !answers.empty()) {
-      test.Widen(TestFound(*fit, rounds.found, i, answers));
-    }
+    const std::vector<int>& answers = fit->found[i].answers;
+    if (!answers.empty()) test.Widen(TestFound(*fit, rounds.found, i, answers));
     // The value includes an ordinary effect of the same kind, so its usual size adds to the sigma.
     const Eigen::VectorXd sigma =
         (test.sigma.cwiseAbs2() + f.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();

@@ -106,7 +106,7 @@ class FlightDiagnosis {
     if (!found) return;
     const Flight trial = flight_->WithoutCauses();
     const auto terms_of = [&](DiagnosedFlight* flight) {
-      return SearchCauses(flight->AllCandidates(), options_, flight).goes_with.size();
+      return SearchCauses(flight->AllCandidates(), options_, flight).remaining.size();
     };
     const std::size_t terms = terms_of(trial.get());
     const auto left = trial->FindFalseData(alpha);
@@ -156,7 +156,7 @@ class FlightDiagnosis {
   // fitted and judged anew: the misfit may have come from it.
   void JudgeBesideTerms(Rounds* rounds) {
     const std::vector<Candidate> rivals = Without(rounds->impossible, rounds->found);
-    if (terms_.empty() && rivals.empty() && rounds->goes_with.empty()) return;
+    if (terms_.empty() && rivals.empty() && rounds->remaining.empty()) return;
     std::vector<double> alone;
     for (const Cause& cause : diagnosis_.causes) alone.push_back(cause.evidence.flight);
     while (!rounds->found.empty()) {
@@ -237,14 +237,13 @@ class FlightDiagnosis {
   // no other flight shows.
   void AddRemaining(const Rounds& rounds) {
     std::vector<std::string>& by = diagnosis_.unexplained_by;
-    by = rounds.goes_with;
+    std::vector<TestedTerm> remaining = rounds.remaining;
     if (!terms_.empty()) {
-      by.clear();
       const FlightEvidence rest(*flight_, {}, options_.alpha);
-      const std::vector<TestedTerm> remaining = RemainingTerms(rest, options_.alpha);
-      for (const TestedTerm& t : remaining) by.push_back(t.name);
+      remaining = RemainingTerms(rest, options_.alpha);
       unstated_ = StrongestOf(remaining);
     }
+    for (const TestedTerm& t : remaining) by.push_back(t.name);
     for (const DescribedTerm& t : diagnosis_.open.described) {
       if (!Repeats(t)) by.push_back(t.term.Name());
     }
@@ -265,7 +264,7 @@ class FlightDiagnosis {
     diagnosis_.causes = search.causes;
     diagnosis_.set_aside = search.set_aside;
     explained_ = search.explained;
-    unstated_ = search.rounds.unstated;
+    unstated_ = StrongestOf(search.rounds.remaining);
     diagnosis_.gain = search.gain;
     diagnosis_.open_loop = search.open_loop;
     return search.rounds;

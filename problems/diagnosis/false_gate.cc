@@ -148,27 +148,37 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
   const Independent agree = IndependentAmong(best, fixes, *centre);
   const int n = IndependentAmong(outliers, fixes, *centre).all();
   if (agree.all() < kShare * n) return std::nullopt;
+  const double p =
+      ChanceOf(n, agree.all(), kApartSigmas * std::sqrt(2.0) * centre->sigma, outliers);
+  if (p >= alpha || !HasBystanders(fixes, best, *centre)) return std::nullopt;
   FalseGate found;
-  found.p = ChanceOf(n, agree.all(), kApartSigmas * std::sqrt(2.0) * centre->sigma, outliers);
-  if (found.p >= alpha || !HasBystanders(fixes, best, *centre)) return std::nullopt;
-  if (std::ranges::count(best, centre->gate, &FittedFix::gate) == m) found.gate = centre->gate;
-  found.beside_any_path = agree.within >= agree.passes;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
   double weights = 0.0;
   for (const FittedFix& o : best) {
     found.fixes.push_back(o.fix);
     // A fix is map position less measured vector, so the object's offset has the opposite sign.
-    found.offset -= o.d / (o.sigma * o.sigma);
+    offset -= o.d / (o.sigma * o.sigma);
     weights += 1.0 / (o.sigma * o.sigma);
   }
-  found.offset /= weights;
+  offset /= weights;
   // Far from the gate noise exceeds the offset: the share counts only fixes that resolve it.
-  auto [count, displaced] = DisplacedAmong(fixes, found.offset);
+  auto [count, displaced] = DisplacedAmong(fixes, offset);
   if (displaced < kFewest) {
     displaced = m;
     count = static_cast<int>(fixes.size());
   }
-  found.fraction = displaced / static_cast<double>(count);
-  found.sigma = std::sqrt(found.fraction * (1.0 - found.fraction) / static_cast<double>(count));
+  const double share = displaced / static_cast<double>(count);
+  const double sigma = std::sqrt(share * (1.0 - share) / static_cast<double>(count));
+  const bool one_gate = std::ranges::count(best, centre->gate, &FittedFix::gate) == m;
+  found.cause.candidate = {&InfoOf("false_gate"),
+                           {{"gate", one_gate ? centre->gate : -1},
+                            {"dx", offset.x()},
+                            {"dy", offset.y()},
+                            {"dz", offset.z()}}};
+  found.cause.value = Eigen::VectorXd::Constant(1, share);
+  found.cause.sigma = Eigen::VectorXd::Constant(1, sigma);
+  found.cause.p = p;
+  found.cause.beside_any_path = agree.within >= agree.passes;
   return found;
 }
 
@@ -209,25 +219,16 @@ std::optional<FalseGate> ImuDrivenFlight::FindFalsePlace(double alpha) const {
   std::optional<FalseGate> best;
   for (const BaseFit* fit : {&fit_, &FitAsStated()}) {
     const auto found = FindFalseGate(*flight_, *fit, 0.5 * alpha);
-    if (found && (!best || found->p < best->p)) best = found;
+    if (found && (!best || found->cause.p < best->cause.p)) best = found;
   }
-  if (best) best->p *= 2.0;
+  if (best) best->cause.p *= 2.0;
   return best;
 }
 
 std::optional<Cause> ImuDrivenFlight::FindFalseData(double alpha) const {
   if (log_->continuous) return std::nullopt;  // no gates, no false ones
   const auto found = FindFalsePlace(alpha);
-  if (!found) return std::nullopt;
-  const Candidate candidate{&InfoOf("false_gate"),
-                            {{"gate", found->gate},
-                             {"dx", found->offset.x()},
-                             {"dy", found->offset.y()},
-                             {"dz", found->offset.z()}}};
-  Cause cause{candidate, Eigen::VectorXd::Constant(1, found->fraction),
-              Eigen::VectorXd::Constant(1, found->sigma), found->p};
-  cause.beside_any_path = found->beside_any_path;
-  return cause;
+  return found ? std::optional(found->cause) : std::nullopt;
 }
 
 std::unique_ptr<DiagnosedFlight> ImuDrivenFlight::WithoutFalseData(double alpha) const {

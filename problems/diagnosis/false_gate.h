@@ -6,18 +6,13 @@
 #include <vector>
 
 #include "problems/diagnosis/base_fit.h"
-#include "problems/diagnosis/candidate.h"
+#include "problems/diagnosis/diagnosis.h"
 
 namespace trueline {
 
 struct FalseGate {
-  std::vector<std::size_t> fixes;                    // indices into the log's fixes
-  double fraction = 0.0;                             // of the fixes near enough to show the offset
-  double sigma = 0.0;                                // of the fraction
-  int gate = -1;                                     // the only gate that it happens at; -1: any
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // m, E: of the detected object from the gate
-  double p = 1.0;                                    // that so many outliers agree by chance
-  bool beside_any_path = false;                      // no misfit of the model imitates it
+  Cause cause;                     // of gate -1 if it happens at several
+  std::vector<std::size_t> fixes;  // indices into the log's fixes
 };
 
 // Of fixes at which an offset of the detected object from the gate is a clear outlier.

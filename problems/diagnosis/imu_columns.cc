@@ -109,21 +109,15 @@ Columns FreeColumns(const Eigen::MatrixXd& d_rows) {
 }
 
 ImuLinearisation::ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
-                                   int ordinary_errors, const Columns& more,
+                                   int ordinary_errors, Columns columns,
                                    const NoiseStrengths& noise, ColumnPlaces places)
-    : ImuLinearisation(std::move(flight), fit, ordinary_errors, noise, fit.columns.With(more),
-                       std::move(places)) {}
-
-ImuLinearisation::ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
-                                   int ordinary_errors, const NoiseStrengths& noise, Columns all,
-                                   ColumnPlaces places)
-    : Linearisation(
-          ChainSystem(LinearFlight{*flight, fit.rows, fit.x, fit.weight, all}, noise).ByCluster(),
-          std::move(places)),
+    : Linearisation(ChainSystem(LinearFlight{*flight, fit.rows, fit.x, fit.weight, columns}, noise)
+                        .ByCluster(),
+                    std::move(places)),
       flight_(std::move(flight)),
       fit_(fit),
       ordinary_errors_(ordinary_errors),
-      columns_(std::move(all)) {}
+      columns_(std::move(columns)) {}
 
 std::vector<Linearisation::Relearned> ImuLinearisation::Relearn(
     const std::vector<std::vector<int>>& sets) const {
@@ -140,13 +134,12 @@ std::vector<Linearisation::Relearned> ImuLinearisation::Relearn(
   std::vector<Relearned> relearned(sets.size());
   ParallelFor(static_cast<int>(sets.size()), 0, [&](int k) {
     const auto& [noise, evidence] = learned[k + 1];
-    const std::vector<int> own(with[k + 1].begin() + fit_.columns.count(), with[k + 1].end());
     ColumnPlaces places;
     places.nuisances = places.Next(kThetaSize + fit_.columns.count());
-    places.candidates = {{places.Next(own.size()), Eigen::VectorXd::Ones(std::ssize(own))}};
+    places.candidates = {{places.Next(sets[k].size()), Eigen::VectorXd::Ones(std::ssize(sets[k]))}};
     relearned[k] = {2.0 * (evidence - learned.front().evidence),
                     std::make_unique<ImuLinearisation>(flight_, fit_, ordinary_errors_,
-                                                       columns_.Only(own), noise, places)};
+                                                       columns_.Only(with[k + 1]), noise, places)};
   });
   return relearned;
 }

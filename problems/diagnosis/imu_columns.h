@@ -36,19 +36,15 @@ Columns FreeColumns(const Eigen::MatrixXd& d_rows);
 
 class ImuLinearisation : public Linearisation {
  public:
-  // `fit` with the columns `more` after its own, of which `ordinary_errors` are integrated out
-  // where noise is learned. Only Relearn needs `fit` later.
+  // `fit` with `columns`, its own first; the first `ordinary_errors` are integrated out where noise
+  // is learned. Only Relearn needs `fit` later.
   ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
-                   int ordinary_errors, const Columns& more, const NoiseStrengths& noise,
+                   int ordinary_errors, Columns columns, const NoiseStrengths& noise,
                    ColumnPlaces places);
 
   std::vector<Relearned> Relearn(const std::vector<std::vector<int>>& sets) const override;
 
  private:
-  ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
-                   int ordinary_errors, const NoiseStrengths& noise, Columns all,
-                   ColumnPlaces places);
-
   std::shared_ptr<const BaseFlight> flight_;
   const BaseFit& fit_;
   int ordinary_errors_;

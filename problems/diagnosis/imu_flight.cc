@@ -194,12 +194,6 @@ int ImuDrivenFlight::OrdinaryCount() const {
   return count;
 }
 
-std::vector<Effect> ImuDrivenFlight::WithKnown(const std::vector<Effect>& effects) const {
-  std::vector<Effect> all = log_->options.effects;
-  all.insert(all.end(), effects.begin(), effects.end());
-  return all;
-}
-
 void ImuDrivenFlight::StorePath() {
   path_.clear();
   for (std::size_t s = 0; s < plan_.segments.size(); ++s) {
@@ -210,7 +204,8 @@ void ImuDrivenFlight::StorePath() {
 
 void ImuDrivenFlight::Rebuild(const std::vector<Found>& found) {
   effects_ = EffectsOf(found);
-  all_ = WithKnown(effects_);
+  all_ = log_->options.effects;
+  all_.insert(all_.end(), effects_.begin(), effects_.end());
   corrected_ = CorrectLog(log_->data, all_, path_);
   options_.drive.attitude_errors =
       FilterErrorsBeside(all_, log_->options.vgd.drive.attitude_errors);
@@ -342,7 +337,6 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
     parts.push_back(&of_terms);
   }
   // A force acts on the path, too, and its columns change slowly: the sum of both is its size.
-  places.answers.resize(effects_.size());
   std::vector<Eigen::MatrixXd> earlier;
   earlier.reserve(effects_.size());
   for (std::size_t k = 0; k < effects_.size(); ++k) {
@@ -351,7 +345,7 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
     earlier.push_back(ReadEarlier(
         *flight_, fit_.columns.d_rows.middleCols(own.front() - kThetaSize, std::ssize(own))));
     parts.push_back(&earlier.back());
-    places.answers[k] = places.Next(own.size());
+    places.found[k].answers = places.Next(own.size());
   }
   Eigen::MatrixXd stacked(flight_->rows(), places.placed - kThetaSize - fit_.columns.count());
   Eigen::Index column = 0;
@@ -359,8 +353,9 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
     stacked.middleCols(column, part->cols()) = *part;
     column += part->cols();
   }
-  return std::make_unique<ImuLinearisation>(flight_, fit_, OrdinaryCount(), FreeColumns(stacked),
-                                            fit_.noise, std::move(places));
+  return std::make_unique<ImuLinearisation>(flight_, fit_, OrdinaryCount(),
+                                            fit_.columns.With(FreeColumns(stacked)), fit_.noise,
+                                            std::move(places));
 }
 
 std::vector<TermMotion> ImuDrivenFlight::Motions() const {
@@ -373,8 +368,9 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::LineariseTerms(
   ColumnPlaces places;
   places.nuisances = places.Next(kThetaSize + fit_.columns.count());  // causes in the model, too
   for (const TermForm& term : terms) places.terms.push_back({term.Name(), places.Next(1), {}});
-  return std::make_unique<ImuLinearisation>(flight_, fit_, OrdinaryCount(), FreeColumns(columns),
-                                            fit_.noise, std::move(places));
+  return std::make_unique<ImuLinearisation>(flight_, fit_, OrdinaryCount(),
+                                            fit_.columns.With(FreeColumns(columns)), fit_.noise,
+                                            std::move(places));
 }
 
 std::vector<std::string> ImuDrivenFlight::Constants() const {

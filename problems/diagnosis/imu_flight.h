@@ -71,8 +71,6 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   void Describe(Diagnosis* diagnosis) const override;
 
  private:
-  // Those of --model, then the given ones.
-  std::vector<Effect> WithKnown(const std::vector<Effect>& effects) const;
   // Ordinary errors that are nuisances: one that is found is fitted once, without a prior.
   std::vector<Candidate> Ordinary() const;
   int OrdinaryCount() const;  // their columns, which come first

@@ -17,6 +17,9 @@ namespace trueline {
 struct EffectColumns {
   std::vector<int> columns;
   Eigen::VectorXd unit;
+  // Of a cause in the model that is an error of the accelerometer: its columns, had they been read
+  // before the flight made them. A controller that answers what the model lacks makes them so.
+  std::vector<int> answers = {};
 
   // Estimates from a neutral value, in columns' units, as parameters; and the inverse.
   Eigen::VectorXd Sizes(const EffectInfo& info, const Eigen::VectorXd& steps) const;
@@ -41,28 +44,17 @@ struct ColumnPlaces {
   std::vector<EffectColumns> found;   // causes in the model, linearised at their values
   std::vector<EffectColumns> candidates;
   std::vector<TermColumns> terms;
-  // By cause in the model that is an error of the accelerometer: its columns, had they been read
-  // before the flight made them. A controller that answers what the model lacks makes them so.
-  std::vector<std::vector<int>> answers;
   int placed = 0;
 
   // The next `count` columns.
   std::vector<int> Next(std::size_t count);
 };
 
-class Linearisation : public ColumnPlaces {
+class Linearisation : public ReducedSystem, public ColumnPlaces {
  public:
   explicit Linearisation(ReducedSystem system, ColumnPlaces places = {})
-      : ColumnPlaces(std::move(places)), system_(std::move(system)) {}
+      : ReducedSystem(std::move(system)), ColumnPlaces(std::move(places)) {}
   virtual ~Linearisation() = default;
-
-  // See ReducedSystem.
-  const Eigen::MatrixXd& M() const { return system_.M(); }
-  const Eigen::VectorXd& b() const { return system_.b(); }
-  int clusters() const { return system_.clusters(); }
-  Eigen::MatrixXd ClusterProducts(const Eigen::VectorXd& e, const Eigen::MatrixXd& v) const {
-    return system_.ClusterProducts(e, v);
-  }
 
   // A fit with noise learned again while one effect or term is in the model. Noise that was learned
   // without it contains what it explains.
@@ -77,13 +69,6 @@ class Linearisation : public ColumnPlaces {
   std::vector<int> Modelled() const;
   // The same without those of cause `which`.
   std::vector<int> Beside(std::size_t which) const;
-  // Of cause `which`; none of another cause, or on a drive that reads no forces.
-  std::vector<int> Answers(std::size_t which) const {
-    return which < answers.size() ? answers[which] : std::vector<int>();
-  }
-
- private:
-  ReducedSystem system_;
 };
 
 std::vector<int> Concatenated(std::vector<int> columns, const std::vector<int>& more);

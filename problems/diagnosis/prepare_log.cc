@@ -24,10 +24,6 @@ void AddMocap(const FlightLog& log, const ContinuousFixOptions& options, FlightL
   std::ranges::sort(data->fixes, {}, &Fix::t);
 }
 
-void NameFixes(int gate, FlightLog* log) {
-  for (Fix& fix : log->fixes) fix.gate = gate;
-}
-
 // Fixes without gates are divided by time; a log with nothing but mocap is fitted to it.
 void PrepareContinuous(PreparedLog* prepared) {
   ContinuousFixOptions& options = prepared->options.vgd.passes.continuous;
@@ -39,7 +35,9 @@ void PrepareContinuous(PreparedLog* prepared) {
     options.divide = DivideFixes::kNever;
     return;
   }
-  for (FlightLog* log : {&prepared->recorded, &prepared->kept, &prepared->data}) NameFixes(0, log);
+  for (FlightLog* log : {&prepared->recorded, &prepared->kept, &prepared->data}) {
+    for (Fix& fix : log->fixes) fix.gate = 0;
+  }
   prepared->data = *WithFixesToFit(prepared->data, options, *prepared->continuous);
 }
 

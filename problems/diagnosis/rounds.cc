@@ -58,9 +58,7 @@ class CauseSearch {
       const Explanation& best = outcome.best;
       const std::vector<TestedTerm>& remaining = outcome.remaining;
       if (round == 0) StoreFirst(outcome.evidence);
-      rounds_.unstated = StrongestOf(remaining);
-      rounds_.goes_with.clear();
-      for (const TestedTerm& term : remaining) rounds_.goes_with.push_back(term.name);
+      rounds_.remaining = remaining;
       rounds_.impossible.clear();
       for (const Tested* t : outcome.evidence->BestOfEach()) {
         if (t->p < alpha_ && !Plausible(t->candidate, t->value)) {

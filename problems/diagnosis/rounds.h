@@ -17,11 +17,10 @@ struct FirstRound {
 
 struct Rounds {
   FirstRound first;
-  std::vector<Found> found;            // causes in the model, in the order in which they were found
-  std::vector<std::string> goes_with;  // significant terms that are no effect, strongest first
-  std::vector<Cause> refuted;          // that a witness excluded before they were fitted
-  std::vector<Candidate> impossible;   // significant in the last, of a size that no vehicle has
-  double unstated = 0.0;               // merit of the strongest term that remains
+  std::vector<Found> found;           // causes in the model, in the order in which they were found
+  std::vector<TestedTerm> remaining;  // significant terms that are no effect, strongest first
+  std::vector<Cause> refuted;         // that a witness excluded before they were fitted
+  std::vector<Candidate> impossible;  // significant in the last, of a size that no vehicle has
 };
 
 // Runs rounds until no candidate is significant. `flight` must be fitted without causes; it ends
