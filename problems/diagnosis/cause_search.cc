@@ -95,12 +95,11 @@ class NamedCauseSearch {
   // Measures what the causes are worth on held-out flight. True if it sets one aside, which
   // predicts that flight worse.
   bool LacksGain(NamedCauses* outcome) {
-    outcome->gain = outcome->open_loop = Gain();
+    outcome->gains = {};
     if (outcome->causes.empty()) return false;
-    MeasureGains(*outcome->flight, outcome->rounds.found, &outcome->causes, &outcome->gain,
-                 &outcome->open_loop);
+    outcome->gains = MeasureGains(*outcome->flight, outcome->rounds.found, &outcome->causes);
     for (Cause& cause : outcome->causes) {
-      cause.evidence.held_out = HeldOutEvidence(cause.gain, cause.open_loop);
+      cause.evidence.held_out = HeldOutEvidence(cause.gains);
       cause.because = WhyNotNamed(cause, options_.alpha);
     }
     return SetLeastAside(outcome);

@@ -17,7 +17,7 @@ struct NamedCauses {
   std::vector<Cause> causes;     // false data first, if they are named
   std::vector<Cause> set_aside;  // with the reason
   std::vector<Cause> explained;  // significant without the others; with the reason
-  Gain gain, open_loop;          // of all causes together
+  Gains gains;                   // of all causes together
 };
 
 // Searches the whole catalogue on `flight`, which is fitted without causes. `false_data`, if any,

@@ -129,9 +129,9 @@ class FlightDiagnosis {
     others_.Confirm(&open.described);
     if (all.size() > rounds->found.size() && !TermsGain(rounds->found, all)) {
       for (DescribedTerm& t : open.described) t.in_model = false;
-      if (ClearLoss(diagnosis_.terms_gain, diagnosis_.terms_open_loop)) {
+      if (ClearLoss(diagnosis_.terms_gains)) {
         std::erase_if(open.described, [](const DescribedTerm& t) { return !Repeats(t); });
-        if (open.described.empty()) diagnosis_.terms_gain = diagnosis_.terms_open_loop = Gain();
+        if (open.described.empty()) diagnosis_.terms_gains = {};
       }
       all = rounds->found;
       flight_->Fit(&all);
@@ -252,9 +252,8 @@ class FlightDiagnosis {
   // True if held-out flight is predicted better with the terms, or if that is not asked.
   bool TermsGain(const std::vector<Found>& causes, const std::vector<Found>& all) {
     if (!options_.measure_gain) return true;
-    Gain &arcs = diagnosis_.terms_gain, &replays = diagnosis_.terms_open_loop;
-    MeasureGain(*flight_, all, causes, &arcs, &replays);
-    return ClearGain(arcs, replays);
+    diagnosis_.terms_gains = MeasureGain(*flight_, all, causes);
+    return ClearGain(diagnosis_.terms_gains);
   }
 
   Rounds Search() {
@@ -265,8 +264,7 @@ class FlightDiagnosis {
     diagnosis_.set_aside = search.set_aside;
     explained_ = search.explained;
     unstated_ = StrongestOf(search.rounds.remaining);
-    diagnosis_.gain = search.gain;
-    diagnosis_.open_loop = search.open_loop;
+    diagnosis_.gains = search.gains;
     return search.rounds;
   }
 

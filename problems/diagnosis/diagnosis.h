@@ -41,6 +41,11 @@ struct Gain {
   std::string unit = "m";
 };
 
+// By arcs, and by replays over a second; none of these without mocap.
+struct Gains {
+  Gain arcs, replays;
+};
+
 // What another stream says of a cause's size, without the fit (witness.h).
 struct Witness {
   std::string stream;            // mocap attitude, ...; empty if there is none
@@ -73,8 +78,7 @@ struct Cause {
   Eigen::VectorXd value, sigma;  // of the estimated parameters
   double p = 1.0;                // after the correction for the number of candidates
   std::vector<std::string> confused_with = {};
-  Gain gain = Gain();                  // on arcs, against the model with the other causes alone
-  Gain open_loop = Gain();             // of replays over a second, likewise; none without mocap
+  Gains gains = {};                    // against the model with the other causes alone
   std::vector<Repeat> repeats = {};    // by further flight
   std::optional<bool> confirmed = {};  // by most further flights; empty if none can tell
   Witness witness = Witness();
@@ -116,13 +120,13 @@ struct Diagnosis {
   std::string verdict;  // clean | explained | ambiguous | unexplained
   std::vector<Cause> causes;
   std::vector<Cause> set_aside;  // significant, but not named: `because` says why
-  Gain gain, open_loop;          // of all causes together
+  Gains gains;                   // of all causes together
   std::vector<CandidateReport> candidates;
   std::vector<std::string> against;         // folders of the references
   std::vector<std::string> not_shown;       // effects whose detectable size no vehicle has
   std::vector<std::string> unexplained_by;  // variables correlated with the residual
   OpenCatalogue open;                       // terms beyond the causes
-  Gain terms_gain, terms_open_loop;         // of all terms in the fit, against the causes alone
+  Gains terms_gains;                        // of all terms in the fit, against the causes alone
   Residuals before, after;                  // the causes; `rms` before with false data
   // What model.yaml holds: the causes that can be relied on, the constants fitted with them, and
   // why it lacks other causes.

@@ -35,7 +35,8 @@ std::string GainText(const Gain& gain, const std::string& what, const std::strin
                              gain.high, gain.unit);
 }
 
-std::string GainTexts(const Gain& arcs, const Gain& replays) {
+std::string GainTexts(const Gains& gains) {
+  const auto& [arcs, replays] = gains;
   const bool final_point = arcs.metric == "final_point_error";
   return GainText(arcs, final_point ? "final-point error" : "open-loop error over 0.5 s",
                   final_point ? "arcs" : "seconds") +
@@ -66,7 +67,7 @@ std::string CauseText(const Cause& cause, double needed) {
     text += fmt::format("    witness {}: {}\n", cause.witness.says, cause.witness.text);
   }
   text += RepeatsText(cause.repeats);
-  text += GainTexts(cause.gain, cause.open_loop);
+  text += GainTexts(cause.gains);
   text += GainText(cause.agreement, "distance from " + cause.agreement.metric, "seconds");
   if (!cause.confused_with.empty()) {
     text += fmt::format("    fits equally well: {}; to separate them: {}\n",
@@ -154,8 +155,7 @@ std::string DiagnosisTable(const Diagnosis& diagnosis) {
   }
   const double needed = diagnosis.evidence_needed;
   for (const Cause& cause : diagnosis.causes) table += CauseText(cause, needed);
-  if (diagnosis.causes.size() > 1)
-    table += "  all together\n" + GainTexts(diagnosis.gain, diagnosis.open_loop);
+  if (diagnosis.causes.size() > 1) table += "  all together\n" + GainTexts(diagnosis.gains);
   for (const DescribedTerm& term : diagnosis.open.described) table += TermText(term);
   for (const std::string& what : diagnosis.unexplained_by) {
     table += "  the misfit is correlated with " + what + "\n";

@@ -114,10 +114,10 @@ double PriorEvidenceOf(const std::string& id, const std::vector<CandidateReport>
   return -std::log(static_cast<double>(ids.size()) * static_cast<double>(same));
 }
 
-double HeldOutEvidence(const Gain& arcs, const Gain& replays) {
+double HeldOutEvidence(const Gains& gains) {
   const double within = std::sqrt(ChiSquareCritical(kSingleAlpha, 1.0));  // sigmas
   double z = 0.0, measures = 0.0;
-  for (const Gain* gain : {&arcs, &replays}) {
+  for (const Gain* gain : {&gains.arcs, &gains.replays}) {
     const double sigma = (gain->high - gain->low) / (2.0 * within);
     if (!std::isfinite(sigma) || !(sigma > 0.0)) continue;
     z += (gain->before - gain->after) / sigma;

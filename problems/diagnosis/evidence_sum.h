@@ -13,7 +13,7 @@ namespace trueline {
 
 struct Cause;  // diagnosis.h
 struct CandidateReport;
-struct Gain;
+struct Gains;
 
 // The sizes that a vehicle may have: normal around the neutral ones, largest plausible at 3 sigma.
 // Standard deviations in the units of the parameters.
@@ -53,7 +53,7 @@ double PriorEvidenceOf(const std::string& id, const std::vector<CandidateReport>
 // What held-out flight says against a cause, by arcs and by replays: the log of the ratio of the
 // densities of their mean gains, under the gain of none and under the loss that was measured. A
 // gain adds nothing: the flight's own evidence has it.
-double HeldOutEvidence(const Gain& arcs, const Gain& replays);
+double HeldOutEvidence(const Gains& gains);
 
 // The e-value that a chance of its own admits: half the inverse of its root (Vovk and Wang 2021).
 double EvidenceOfChance(double p);

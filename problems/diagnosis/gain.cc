@@ -30,10 +30,10 @@ double StretchOfFew(int values) {
   return std::sqrt(t2 / z2 * runs / (runs - 1.0));
 }
 
-void SetGains(const HeldOutErrors& before, const HeldOutErrors& after, Gain* arcs, Gain* replays) {
-  *arcs = GainBetween(before.arcs, after.arcs);
-  arcs->metric = after.metric;
-  *replays = GainBetween(before.replays, after.replays);
+Gains GainsBetween(const HeldOutErrors& before, const HeldOutErrors& after) {
+  Gains gains{GainBetween(before.arcs, after.arcs), GainBetween(before.replays, after.replays)};
+  gains.arcs.metric = after.metric;
+  return gains;
 }
 
 // Of what the cause's witness compares; none if that is no stream against mocap.
@@ -76,20 +76,18 @@ Gain GainBetween(const std::map<int, double>& before, const std::map<int, double
   return gain;
 }
 
-void MeasureGain(const DiagnosedFlight& flight, const std::vector<Found>& found,
-                 std::vector<Found> without, Gain* arcs, Gain* replays) {
+Gains MeasureGain(const DiagnosedFlight& flight, const std::vector<Found>& found,
+                  std::vector<Found> without) {
   const auto reference = flight.Reference();
   if (!without.empty()) reference->Fit(&without);
-  SetGains(reference->ErrorsHeldOut(without, false), flight.ErrorsHeldOut(found, false), arcs,
-           replays);
+  return GainsBetween(reference->ErrorsHeldOut(without, false), flight.ErrorsHeldOut(found, false));
 }
 
-void MeasureGains(const DiagnosedFlight& flight, const std::vector<Found>& found,
-                  std::vector<Cause>* causes, Gain* arcs, Gain* replays) {
+Gains MeasureGains(const DiagnosedFlight& flight, const std::vector<Found>& found,
+                   std::vector<Cause>* causes) {
   const auto reference = flight.Reference();
   const HeldOutErrors bare = reference->ErrorsHeldOut({}, true);
   const HeldOutErrors all = flight.ErrorsHeldOut(found, false);
-  SetGains(bare, all, arcs, replays);
   const std::size_t false_data = causes->size() - found.size();  // they come first in `causes`
   for (std::size_t i = 0; i < causes->size(); ++i) {
     HeldOutErrors before = bare;
@@ -102,9 +100,10 @@ void MeasureGains(const DiagnosedFlight& flight, const std::vector<Found>& found
       before = reference->ErrorsHeldOut(others, false);
     }
     Cause& cause = (*causes)[i];
-    SetGains(before, all, &cause.gain, &cause.open_loop);
+    cause.gains = GainsBetween(before, all);
     cause.agreement = AgreementGain(before, all, cause.witness);
   }
+  return GainsBetween(bare, all);
 }
 
 }  // namespace trueline

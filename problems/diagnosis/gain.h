@@ -13,16 +13,16 @@ int HalfOf(int cluster);
 // values: it holds the truth 94 to 98 % of the time for 6 to 60 independent ones.
 Gain GainBetween(const std::map<int, double>& before, const std::map<int, double>& after);
 
-// The gain of a flight's last Fit, whose causes and terms are `found`, against the same flight with
-// the causes `without`.
-void MeasureGain(const DiagnosedFlight& flight, const std::vector<Found>& found,
-                 std::vector<Found> without, Gain* arcs, Gain* replays);
+// The gains of a flight's last Fit, whose causes and terms are `found`, against the same flight
+// with the causes `without`.
+Gains MeasureGain(const DiagnosedFlight& flight, const std::vector<Found>& found,
+                  std::vector<Found> without);
 
-// Stores the gains of each cause against the model with the other causes, and those of all together
-// (arcs, replays), all models under the noise of the flight's Reference. Witnesses must have been
-// asked. `causes` are those of `found`, after false data if there are any; `flight` is fitted with
+// Those of all causes together. Stores the gains of each cause against the model with the other
+// causes. All models have the noise of the flight's Reference. Witnesses must have been asked.
+// `causes` are those of `found`, after false data if there are any; `flight` is fitted with
 // `found`.
-void MeasureGains(const DiagnosedFlight& flight, const std::vector<Found>& found,
-                  std::vector<Cause>* causes, Gain* arcs, Gain* replays);
+Gains MeasureGains(const DiagnosedFlight& flight, const std::vector<Found>& found,
+                   std::vector<Cause>* causes);
 
 }  // namespace trueline

@@ -26,9 +26,9 @@ double MeanOf(const Gain& g) { return g.before - g.after; }
 bool Worse(const Gain& g) { return g.arcs > 0 && -MeanOf(g) > OneSided() * (g.high - MeanOf(g)); }
 bool Better(const Gain& g) { return g.arcs > 0 && MeanOf(g) > OneSided() * (MeanOf(g) - g.low); }
 
-bool PredictsWorse(const Gain& arcs, const Gain& replays) {
-  return Ratio(arcs) * Ratio(replays) > 1.0;
-}
+bool Better(const Gains& gains) { return Better(gains.arcs) || Better(gains.replays); }
+
+bool PredictsWorse(const Gains& gains) { return Ratio(gains.arcs) * Ratio(gains.replays) > 1.0; }
 
 }  // namespace
 
@@ -42,13 +42,10 @@ std::string PartsText(const EvidenceSum& evidence) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
-bool ClearGain(const Gain& arcs, const Gain& replays) {
-  return (Better(arcs) || Better(replays)) && !PredictsWorse(arcs, replays);
-}
+bool ClearGain(const Gains& gains) { return Better(gains) && !PredictsWorse(gains); }
 
-bool ClearLoss(const Gain& arcs, const Gain& replays) {
-  const bool better = Better(arcs) || Better(replays);
-  return (Worse(arcs) || Worse(replays)) && !better && PredictsWorse(arcs, replays);
+bool ClearLoss(const Gains& gains) {
+  return (Worse(gains.arcs) || Worse(gains.replays)) && !Better(gains) && PredictsWorse(gains);
 }
 
 bool Refuted(const Cause& cause, double alpha) {

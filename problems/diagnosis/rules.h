@@ -9,11 +9,11 @@ class Linearisation;
 struct Found;
 
 // True if held-out flight is predicted better by one measure, and not worse by both together.
-bool ClearGain(const Gain& arcs, const Gain& replays);
+bool ClearGain(const Gains& gains);
 
 // True if held-out flight is predicted worse by one measure with 95 %, better by none, and worse by
 // both together.
-bool ClearLoss(const Gain& arcs, const Gain& replays);
+bool ClearLoss(const Gains& gains);
 
 // The sum from which on a cause is named.
 double EvidenceNeeded(double alpha);

@@ -62,7 +62,8 @@ YAML::Node GainNode(const Gain& gain, const std::string& metric, const char* cou
 }
 
 // A flight without arcs is measured by its replays only.
-void AddGains(const Gain& arcs, const Gain& replays, YAML::Node* node) {
+void AddGains(const Gains& gains, YAML::Node* node) {
+  const auto& [arcs, replays] = gains;
   if (arcs.arcs > 0) (*node)["gain"] = GainNode(arcs, arcs.metric, "arcs");
   if (arcs.arcs == 0 && replays.arcs > 0) {
     (*node)["gain"] = GainNode(replays, "open_loop_error_1s", "arcs");
@@ -128,7 +129,7 @@ YAML::Node CauseNode(const Cause& cause) {
   node["confidence"] = Rounded(1.0 - cause.p, 6);
   node["confused_with"] = Flow(YAML::Node(cause.confused_with));
   if (!cause.confused_with.empty()) node["separate_by"] = cause.candidate.info->separate_by;
-  AddGains(cause.gain, cause.open_loop, &node);
+  AddGains(cause.gains, &node);
   if (cause.agreement.arcs > 0) {
     std::string metric = "distance_from_" + cause.agreement.metric;
     std::replace(metric.begin(), metric.end(), ' ', '_');
@@ -292,14 +293,14 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   node["causes"] = YAML::Node(YAML::NodeType::Sequence);
   for (const Cause& cause : diagnosis.causes) node["causes"].push_back(CauseNode(cause));
   for (const Cause& cause : diagnosis.set_aside) node["set_aside"].push_back(CauseNode(cause));
-  AddGains(diagnosis.gain, diagnosis.open_loop, &node);
+  AddGains(diagnosis.gains, &node);
   if (!diagnosis.model_lacks.empty()) node["model_lacks"] = diagnosis.model_lacks;
   if (!diagnosis.unexplained_by.empty()) node["goes_with"] = diagnosis.unexplained_by;
   for (const DescribedTerm& term : diagnosis.open.described)
     node["terms"].push_back(TermNode(term));
-  if (diagnosis.terms_gain.arcs + diagnosis.terms_open_loop.arcs > 0) {
+  if (diagnosis.terms_gains.arcs.arcs + diagnosis.terms_gains.replays.arcs > 0) {
     YAML::Node gains;
-    AddGains(diagnosis.terms_gain, diagnosis.terms_open_loop, &gains);
+    AddGains(diagnosis.terms_gains, &gains);
     node["terms_gain"] = gains;
   }
   if (!diagnosis.against.empty()) node["against"] = diagnosis.against;

@@ -197,9 +197,10 @@ TEST(Diagnose, SlowTheBetterModelPredictsBetterAndIsTakenByModelFlags) {
   const FlightLog log = FlyHiding({{"wind", {{"w_x", 1.2}, {"w_y", -0.8}}}}, 25);
   const Diagnosis diagnosis = Diagnose({log}, ImuDiagnosisOptions());
   ASSERT_FALSE(diagnosis.causes.empty());
-  EXPECT_GE(diagnosis.causes[0].gain.arcs, 8);
-  EXPECT_TRUE(ClearGain(diagnosis.causes[0].gain, {}));  // 95 % sure to be better on arcs held out
-  EXPECT_GT(diagnosis.causes[0].open_loop.low, 0.0);
+  EXPECT_GE(diagnosis.causes[0].gains.arcs.arcs, 8);
+  EXPECT_TRUE(
+      ClearGain({diagnosis.causes[0].gains.arcs, {}}));  // 95 % sure to be better on arcs held out
+  EXPECT_GT(diagnosis.causes[0].gains.replays.low, 0.0);
   ASSERT_FALSE(diagnosis.misfit->growth.empty());
   for (const MisfitGrowth& g : diagnosis.misfit->growth) {
     const double before = g.before_E.head<2>().norm(), after = g.after_E.head<2>().norm();

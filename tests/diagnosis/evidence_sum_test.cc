@@ -110,8 +110,7 @@ Cause CauseOfSize(double value, double sigma) {
           VectorXd::Constant(1, sigma),
           1e-9,
           {},
-          Gain(),
-          Gain(),
+          {},
           {},
           {}};
 }
@@ -180,13 +179,13 @@ Gain GainOf(double z) {
 }
 
 TEST(HeldOutEvidence, SpeaksAgainstALossAlone) {
-  EXPECT_EQ(HeldOutEvidence(GainOf(3.0), {}), 0.0);
-  EXPECT_EQ(HeldOutEvidence({}, {}), 0.0);
-  EXPECT_NEAR(HeldOutEvidence(GainOf(-3.0), {}), -4.5, 1e-3);
+  EXPECT_EQ(HeldOutEvidence({GainOf(3.0), {}}), 0.0);
+  EXPECT_EQ(HeldOutEvidence({{}, {}}), 0.0);
+  EXPECT_NEAR(HeldOutEvidence({GainOf(-3.0), {}}), -4.5, 1e-3);
   // Two measures that agree are surer, and two that differ say nothing.
-  EXPECT_NEAR(HeldOutEvidence(GainOf(-3.0), GainOf(-3.0)), -9.0, 1e-3);
-  EXPECT_EQ(HeldOutEvidence(GainOf(-3.0), GainOf(3.0)), 0.0);
-  EXPECT_EQ(HeldOutEvidence(GainOf(-8.0), {}), HeldOutEvidence(GainOf(-9.0), {}));
+  EXPECT_NEAR(HeldOutEvidence({GainOf(-3.0), GainOf(-3.0)}), -9.0, 1e-3);
+  EXPECT_EQ(HeldOutEvidence({GainOf(-3.0), GainOf(3.0)}), 0.0);
+  EXPECT_EQ(HeldOutEvidence({GainOf(-8.0), {}}), HeldOutEvidence({GainOf(-9.0), {}}));
 }
 
 // What three clusters say is not what three hundred say, however many others there are.

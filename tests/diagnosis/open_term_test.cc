@@ -229,8 +229,8 @@ TEST(DiagnoseOpenTerms, SlowATermJoinsTheModelOfTheNextFlight) {
   EXPECT_EQ(term.term->Name(), "force along x_B with yaw rate");
   EXPECT_NEAR(term["size"], 0.6, 3.0 * term["sigma"]);
   EXPECT_LT(term["sigma"], 0.12);
-  EXPECT_GT(first.terms_open_loop.low, 0.0);
-  EXPECT_LT(first.terms_open_loop.after, 0.85 * first.terms_open_loop.before);
+  EXPECT_GT(first.terms_gains.replays.low, 0.0);
+  EXPECT_LT(first.terms_gains.replays.after, 0.85 * first.terms_gains.replays.before);
 
   const TestFolder folder;
   WriteDiagnosis(first, DiagnosisNode(first, YAML::Node()), folder / "result");

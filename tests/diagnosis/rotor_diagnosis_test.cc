@@ -105,8 +105,8 @@ TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
   ExpectOnlyCause(diagnosis, hidden);
   ASSERT_FALSE(diagnosis.causes.empty());
   EXPECT_EQ(diagnosis.verdict, "explained");
-  EXPECT_GE(diagnosis.causes[0].gain.arcs, 8);
-  EXPECT_LT(diagnosis.causes[0].gain.after, diagnosis.causes[0].gain.before);
+  EXPECT_GE(diagnosis.causes[0].gains.arcs.arcs, 8);
+  EXPECT_LT(diagnosis.causes[0].gains.arcs.after, diagnosis.causes[0].gains.arcs.before);
   EXPECT_LT(diagnosis.after.rms, diagnosis.before.rms);
 
   const auto folder = std::filesystem::path(testing::TempDir()) / "trueline_rotor_diagnosis";

@@ -26,7 +26,7 @@ constexpr double kAlpha = 0.01;
 
 Cause CauseWith(const EvidenceSum& evidence, const std::string& witness = "silent",
                 std::optional<bool> confirmed = {}) {
-  Cause cause{{}, {}, {}, 1e-13, {}, kNone, kNone, {}, confirmed};
+  Cause cause{{}, {}, {}, 1e-13, {}, {kNone, kNone}, {}, confirmed};
   cause.evidence = evidence;
   cause.witness.says = witness;
   return cause;
@@ -35,11 +35,11 @@ Cause CauseWith(const EvidenceSum& evidence, const std::string& witness = "silen
 std::string Why(const EvidenceSum& evidence) { return WhyNotNamed(CauseWith(evidence), kAlpha); }
 
 TEST(ClearLoss, NeedsOneMeasureThatIsWorseAndNoneThatIsBetter) {
-  EXPECT_TRUE(ClearLoss(kWorse, kNone));
-  EXPECT_TRUE(ClearLoss(kWorse, kEither));
-  EXPECT_FALSE(ClearLoss(kWorse, kBetter));
-  EXPECT_FALSE(ClearLoss(kSlightlyWorse, kEither));
-  EXPECT_FALSE(ClearLoss(kNone, kNone));
+  EXPECT_TRUE(ClearLoss({kWorse, kNone}));
+  EXPECT_TRUE(ClearLoss({kWorse, kEither}));
+  EXPECT_FALSE(ClearLoss({kWorse, kBetter}));
+  EXPECT_FALSE(ClearLoss({kSlightlyWorse, kEither}));
+  EXPECT_FALSE(ClearLoss({kNone, kNone}));
 }
 
 // log(1 / 0.01) is 4.6.
@@ -60,8 +60,8 @@ TEST(Rules, RefutedIsWhatTheFlightShowsAndAnotherSourceExcludes) {
 
 // A mean of 0.1 whose two-sided 95 % interval holds zero narrowly, and clearly.
 TEST(Rules, AGainIsPositiveWith95PercentOnOneSide) {
-  EXPECT_TRUE(ClearGain(GainOf(0.3, 0.2, -0.01, 0.21), kNone));
-  EXPECT_FALSE(ClearGain(GainOf(0.3, 0.2, -0.03, 0.23), kNone));
+  EXPECT_TRUE(ClearGain({GainOf(0.3, 0.2, -0.01, 0.21), kNone}));
+  EXPECT_FALSE(ClearGain({GainOf(0.3, 0.2, -0.03, 0.23), kNone}));
 }
 
 TEST(Verdict, ExplainedNeedsCausesThatCanBeReliedOnAndLeaveNothing) {

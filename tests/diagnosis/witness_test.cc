@@ -39,7 +39,7 @@ Cause CauseOf(const Stated& stated) {
     value[i] = stated.values.at(candidate.info->parameters[i].name);
   }
   const Eigen::VectorXd sigma = Eigen::VectorXd::Constant(value.size(), value.norm() / 12.0);
-  return {candidate, value, sigma, 1e-6, {}, Gain(), Gain(), {}, {}};
+  return {candidate, value, sigma, 1e-6, {}, {}, {}, {}};
 }
 
 Witness Ask(const FlightLog& log, const Stated& stated,
@@ -134,7 +134,7 @@ TEST(Agreement, IsBetterWithTheStreamCorrected) {
     const Gain gain = GainBetween(distances(log), distances(corrected));
     EXPECT_GT(gain.arcs, 10) << hidden.id;
     EXPECT_LE(gain.arcs, 40) << hidden.id;
-    EXPECT_TRUE(ClearGain(gain, {})) << hidden.id << ": " << gain.before << " to " << gain.after;
+    EXPECT_TRUE(ClearGain({gain, {}})) << hidden.id << ": " << gain.before << " to " << gain.after;
     FlightLog biased = corrected;
     for (ImuSample& s : biased.imu) s.accel += Eigen::Vector3d(0.3, -0.2, 0.1);
     EXPECT_NEAR(GainBetween(distances(biased), distances(corrected)).before, gain.after,
@@ -242,7 +242,7 @@ TEST(Witness, GyroscopeTellsALargeLatency) {
 }
 
 TEST(Witness, ASizeThatItContradictsGetsAWiderSigma) {
-  Cause cause{{&InfoOf("tilt_scale"), {}}, {}, {}, 1e-6, {}, Gain(), Gain(), {}, {}};
+  Cause cause{{&InfoOf("tilt_scale"), {}}, {}, {}, 1e-6, {}, {}, {}, {}};
   const auto widened = [&](double size, const std::string& says) {
     cause.value = Eigen::VectorXd::Constant(1, 0.2);
     cause.sigma = cause.witness.sigma = Eigen::VectorXd::Constant(1, 0.01);
@@ -257,7 +257,7 @@ TEST(Witness, ASizeThatItContradictsGetsAWiderSigma) {
 }
 
 TEST(Witness, AnotherSizeOfTheEffectDoesNotRefuteIt) {
-  Cause cause{{&InfoOf("tilt_scale"), {}}, {}, {}, 1e-6, {}, Gain(), Gain(), {}, {}};
+  Cause cause{{&InfoOf("tilt_scale"), {}}, {}, {}, 1e-6, {}, {}, {}, {}};
   cause.value = Eigen::VectorXd::Constant(1, 0.2);
   cause.sigma = Eigen::VectorXd::Constant(1, 0.01);
   Witness witness;
