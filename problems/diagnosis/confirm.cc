@@ -16,13 +16,9 @@ namespace {
 
 constexpr char kNotTested[] = "can't be tested";
 
-// Sizes of an effect, from its neutral value, with their standard deviations.
-struct Sizes {
-  Eigen::VectorXd value, sigma;
-};
-
-// True if signs agree and sizes are compatible: by their ratio, or within `apart` sigmas.
-bool Agree(const Sizes& first, const Sizes& other, double apart) {
+// True if signs agree and sizes, from the neutral value, are compatible: by their ratio, or within
+// `apart` sigmas.
+bool Agree(const SizeEstimate& first, const SizeEstimate& other, double apart) {
   const double ratio = ShareLeft(other.value, first.value, first.sigma);
   if (ratio <= 0.0) return false;
   const Eigen::VectorXd both = (other.sigma.cwiseAbs2() + first.sigma.cwiseAbs2()).cwiseSqrt();
@@ -51,8 +47,8 @@ Repeat RepeatOfFalseData(const Cause& cause, const DiagnosedFlight& flight) {
 }
 
 // The result of an effect that is fitted at `value` and tested singly.
-Repeat RepeatOf(const Sizes& first, const Eigen::VectorXd& value, const Eigen::VectorXd& neutral,
-                const ScoreTest& test, double apart) {
+Repeat RepeatOf(const SizeEstimate& first, const Eigen::VectorXd& value,
+                const Eigen::VectorXd& neutral, const ScoreTest& test, double apart) {
   const bool agree = Agree(first, {value - neutral, test.sigma}, apart);
   const char* outcome = "not shown";
   if (test.p() < kSingleAlpha) outcome = agree ? "repeats" : "differs";

@@ -5,7 +5,6 @@
 #include <map>
 
 #include "problems/diagnosis/cause_search.h"
-#include "problems/diagnosis/choose_model.h"
 #include "problems/diagnosis/evidence.h"
 #include "problems/diagnosis/evidence_sum.h"
 #include "problems/diagnosis/gain.h"

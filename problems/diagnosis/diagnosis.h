@@ -46,6 +46,11 @@ struct Gains {
   Gain arcs, replays;
 };
 
+// Sizes of an effect, with their standard deviations.
+struct SizeEstimate {
+  Eigen::VectorXd value, sigma;
+};
+
 // What another stream says of a cause's size, without the fit (witness.h).
 struct Witness {
   std::string stream;            // mocap attitude, ...; empty if there is none

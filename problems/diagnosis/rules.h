@@ -1,12 +1,14 @@
-// What a diagnosis may say: which causes are named, and the verdict.
+// What a diagnosis may say: which causes are named, the verdict, and what model.yaml holds.
 #pragma once
 
 #include "problems/diagnosis/diagnosis.h"
 
 namespace trueline {
 
+class DiagnosedFlight;
 class Linearisation;
 struct Found;
+struct Rounds;
 
 // True if held-out flight is predicted better by one measure, and not worse by both together.
 bool ClearGain(const Gains& gains);
@@ -46,5 +48,17 @@ std::string VerdictOf(const std::vector<Cause>& causes, const std::vector<Cause>
 std::vector<std::string> ConfusedConstants(const Linearisation& fit,
                                            const std::vector<Found>& found, std::size_t which,
                                            const std::vector<std::string>& names);
+
+// Chooses the causes that can be relied on, unless held-out flight is predicted worse with them,
+// and the terms that no other flight contradicts; stores them and the constants fitted with them.
+// `flight`: its last Fit has the causes of `rounds`, then `terms`; it ends fitted with what is
+// chosen.
+void ChooseModel(const Rounds& rounds, const std::vector<Found>& terms, DiagnosedFlight* flight,
+                 Diagnosis* diagnosis);
+
+// What a model lacks was significant, so that the constants may be those of the fit with it: the
+// intervals of `without` come to contain both.
+void WidenByChange(const std::vector<ParameterEstimate>& with,
+                   std::vector<ParameterEstimate>* without);
 
 }  // namespace trueline

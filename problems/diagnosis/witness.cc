@@ -27,10 +27,6 @@ using Eigen::VectorXd;
 using Unknowns = std::vector<EffectParameterInfo>;
 using CorrectedRows = std::function<StreamRows(const VectorXd& sizes)>;
 
-struct SizeEstimate {
-  VectorXd value, sigma;
-};
-
 // Scores summed over blocks of `length` s.
 MatrixXd BlockScores(const MatrixXd& scores, const std::vector<double>& t, double length) {
   std::map<long, VectorXd> sums;

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "problems/common/random.h"
-#include "problems/diagnosis/choose_model.h"
 #include "problems/diagnosis/confirm.h"
+#include "problems/diagnosis/rules.h"
 
 namespace trueline {
 namespace {
