@@ -159,7 +159,7 @@ class FlightDiagnosis {
     std::vector<double> alone;
     for (const Cause& cause : diagnosis_.causes) alone.push_back(cause.evidence.flight);
     while (!rounds->found.empty()) {
-      std::vector<Found> all = Concatenate(rounds->found, terms_);
+      std::vector<Found> all = Concatenated(rounds->found, terms_);
       const std::vector<Beside> beside = JudgeBeside(rivals, all, *rounds);
       const std::size_t first = FalseData(*rounds);
       std::size_t least = beside.size();
@@ -177,7 +177,7 @@ class FlightDiagnosis {
       EraseAt(first + least, &diagnosis_.causes);
       EraseAt(first + least, &alone);
       EraseAt(least, &rounds->found);
-      all = Concatenate(rounds->found, terms_);
+      all = Concatenated(rounds->found, terms_);
       flight_->Fit(&all);
       StoreValues(all, rounds);
     }
@@ -215,11 +215,6 @@ class FlightDiagnosis {
            test.z()});
     }
     return judged;
-  }
-
-  static std::vector<Found> Concatenate(std::vector<Found> first, const std::vector<Found>& more) {
-    first.insert(first.end(), more.begin(), more.end());
-    return first;
   }
 
   // Of causes and terms that were fitted together.

@@ -204,8 +204,7 @@ void ImuDrivenFlight::StorePath() {
 
 void ImuDrivenFlight::Rebuild(const std::vector<Found>& found) {
   effects_ = EffectsOf(found);
-  all_ = log_->options.effects;
-  all_.insert(all_.end(), effects_.begin(), effects_.end());
+  all_ = Concatenated(log_->options.effects, effects_);
   corrected_ = CorrectLog(log_->data, all_, path_);
   options_.drive.attitude_errors =
       FilterErrorsBeside(all_, log_->options.vgd.drive.attitude_errors);

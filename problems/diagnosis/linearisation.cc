@@ -39,9 +39,4 @@ std::vector<int> Linearisation::Beside(std::size_t which) const {
   return beside;
 }
 
-std::vector<int> Concatenated(std::vector<int> columns, const std::vector<int>& more) {
-  columns.insert(columns.end(), more.begin(), more.end());
-  return columns;
-}
-
 }  // namespace trueline

@@ -71,6 +71,10 @@ class Linearisation : public ReducedSystem, public ColumnPlaces {
   std::vector<int> Beside(std::size_t which) const;
 };
 
-std::vector<int> Concatenated(std::vector<int> columns, const std::vector<int>& more);
+template <class Item>
+std::vector<Item> Concatenated(std::vector<Item> first, const std::vector<Item>& more) {
+  first.insert(first.end(), more.begin(), more.end());
+  return first;
+}
 
 }  // namespace trueline

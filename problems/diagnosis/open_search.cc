@@ -134,9 +134,7 @@ class OpenSearch {
   }
 
   std::vector<TestedOpenTerm> TestEach(const std::vector<TermForm>& terms) const {
-    std::vector<TermForm> columns = beside_;
-    columns.insert(columns.end(), terms.begin(), terms.end());
-    const auto fit = flight_.LineariseTerms(columns);
+    const auto fit = flight_.LineariseTerms(Concatenated(beside_, terms));
     std::vector<int> nuisances = fit->nuisances;
     for (std::size_t k = 0; k < beside_.size(); ++k) {
       nuisances.push_back(fit->terms[k].columns.front());

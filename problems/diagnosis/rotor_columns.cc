@@ -28,8 +28,7 @@ std::shared_ptr<const RotorData> LaggedRotorData::With(double lag) const {
 
 RotorSetup MakeRotorSetup(const FlightLog& log, const RotorCalibrationOptions& options,
                           const LaggedRotorData& data, const std::vector<Effect>& effects) {
-  std::vector<Effect> all = options.effects;
-  all.insert(all.end(), effects.begin(), effects.end());
+  const std::vector<Effect> all = Concatenated(options.effects, effects);
   const RotorExtension found = RotorExtensionOf(effects);
   const double lag = options.data.motor_lag + found.motor_lag;
   RotorSetup setup{
@@ -60,16 +59,7 @@ TermMotion MotionAt(const RotorSetup& setup, double t, const RotorState& x) {
   return at;
 }
 
-constexpr double kRotorCluster = 1.0;  // s, over which residuals may be correlated
-
-// The size of each parameter that one unit of a column at this value stands for.
-Eigen::VectorXd UnitsAt(const Candidate& candidate, const Eigen::VectorXd& value) {
-  const double share = value == candidate.Neutral() ? 1.0 : kSmallPart;
-  return share * candidate.EachOf(&EffectParameterInfo::step);
-}
-
-}  // namespace
-
+// Columns of all variants, then those of `beside` (may be null; else it must outlive them).
 RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> variants,
                        const RotorColumns* beside) {
   RotorColumns columns = VariantColumns(setup.model, *setup.data, std::move(variants));
@@ -88,6 +78,16 @@ RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> varian
   };
   return {columns.count + beside->count, accelerations, read};
 }
+
+constexpr double kRotorCluster = 1.0;  // s, over which residuals may be correlated
+
+// The size of each parameter that one unit of a column at this value stands for.
+Eigen::VectorXd UnitsAt(const Candidate& candidate, const Eigen::VectorXd& value) {
+  const double share = value == candidate.Neutral() ? 1.0 : kSmallPart;
+  return share * candidate.EachOf(&EffectParameterInfo::step);
+}
+
+}  // namespace
 
 RotorColumns OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& terms) {
   const int count = static_cast<int>(terms.size());
@@ -141,20 +141,26 @@ std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
   return variants;
 }
 
-RotorNormal RotorDrivenFlight::NormalWith(const RotorColumns& columns) const {
-  return {fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch, columns, kRotorCluster};
+RotorNormal RotorDrivenFlight::NormalWith(std::vector<RotorVariant> variants,
+                                          const RotorColumns* beside,
+                                          const RotorWeights* weights) const {
+  return {fit_.setup->model,
+          *fit_.setup->data,
+          BatchOptions(),
+          fit_.batch,
+          ColumnsOf(*fit_.setup, std::move(variants), beside),
+          kRotorCluster,
+          weights};
 }
 
 const RotorNormal& RotorDrivenFlight::Normal() const {
-  if (!normal_) normal_ = NormalWith(ColumnsOf(*fit_.setup, VariantsOfFound(), nullptr));
+  if (!normal_) normal_ = NormalWith(VariantsOfFound());
   return *normal_;
 }
 
 bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
   const RotorWeights weights = fit_.weights.By();
-  const RotorNormal normal(fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
-                           ColumnsOf(*fit_.setup, VariantsOfFound(), nullptr), kRotorCluster,
-                           &weights);
+  const RotorNormal normal = NormalWith(VariantsOfFound(), nullptr, &weights);
   Eigen::VectorXd lowest = Eigen::VectorXd::Constant(normal.border(), -INFINITY);
   int at = constants();
   for (const Found& f : *found) {
@@ -203,9 +209,7 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
   }
   const bool as_fitted = candidates.empty() && !terms;
   return std::make_unique<Linearisation>(
-      as_fitted
-          ? Normal()
-          : NormalWith(ColumnsOf(*fit_.setup, std::move(variants), terms ? &of_terms : nullptr)),
+      as_fitted ? Normal() : NormalWith(std::move(variants), terms ? &of_terms : nullptr),
       std::move(places));
 }
 
@@ -225,8 +229,8 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::LineariseTerms(
   ColumnPlaces places;
   places.nuisances = places.Next(constants() + variants.size());
   for (const TermForm& term : terms) places.terms.push_back({term.Name(), places.Next(1), {}});
-  return std::make_unique<Linearisation>(
-      NormalWith(ColumnsOf(*fit_.setup, std::move(variants), &columns)), std::move(places));
+  return std::make_unique<Linearisation>(NormalWith(std::move(variants), &columns),
+                                         std::move(places));
 }
 
 std::vector<std::string> RotorDrivenFlight::ExtraordinaryNoise() const {

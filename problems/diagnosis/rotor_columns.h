@@ -41,8 +41,4 @@ RotorSetup MakeRotorSetup(const FlightLog& log, const RotorCalibrationOptions& o
 // Of the open catalogue, a column each; `setup` must outlive them.
 RotorColumns OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& terms);
 
-// Columns of all variants, then those of `beside` (may be null; else it must outlive them).
-RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> variants,
-                       const RotorColumns* beside);
-
 }  // namespace trueline

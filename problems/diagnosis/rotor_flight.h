@@ -106,8 +106,9 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   bool Step(std::vector<Found>* found) const;
   void LearnNoiseAgain();
   RotorBatchOptions BatchOptions() const;
-  // Normal equations of the last Solve with these columns.
-  RotorNormal NormalWith(const RotorColumns& columns) const;
+  // Normal equations of the last Solve with columns of these variants, then those of `beside`.
+  RotorNormal NormalWith(std::vector<RotorVariant> variants, const RotorColumns* beside = nullptr,
+                         const RotorWeights* weights = nullptr) const;
   // The same with the columns of its causes; computed at the first use.
   const RotorNormal& Normal() const;
   int constants() const { return static_cast<int>(fit_.setup->prior.Free().size()); }
