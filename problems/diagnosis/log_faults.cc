@@ -4,6 +4,7 @@
 #include <span>
 
 namespace trueline {
+
 std::string VerdictWith(const std::vector<LogFault>& faults, const std::string& verdict) {
   const auto blocks = [&](const LogFault& fault) {
     return fault.fatal || (verdict == "clean" && !fault.kind->is_effect);
