@@ -36,7 +36,7 @@ struct Row {
   std::vector<double> numbers;
 };
 
-std::vector<Row> RowsOf(Recording* recording, const std::string& label) {
+std::vector<Row> RowsOf(const std::unique_ptr<Recording>& recording, const std::string& label) {
   std::vector<Row> rows;
   for (std::size_t i = 0; i < recording->channels().size(); ++i) {
     if (recording->channels()[i].Label() != label) continue;
@@ -47,6 +47,34 @@ std::vector<Row> RowsOf(Recording* recording, const std::string& label) {
   }
   return rows;
 }
+
+class FormatFiles : public testing::Test {
+ protected:
+  std::unique_ptr<Recording> Open(const std::string& text) const {
+    return OpenRecording(files_.Write("log.bin", text));
+  }
+  std::string Refusal(const std::string& text) const {
+    return ErrorOf([&] { Open(text); });
+  }
+  FlightLog Convert(const ImportMap& map, const std::string& log) const {
+    return ConvertLog(map, {files_.Write("log.bin", log)}, {});
+  }
+  FlightLog ConvertWith(const std::string& map, const std::string& log) const {
+    return Convert(ReadImportMap(files_.Write("map.yaml", map)), log);
+  }
+  FlightLog ConvertPx4(const std::string& log) const { return Convert(ShippedMap("px4"), log); }
+
+  ImportFiles files_;
+};
+using Blackbox = FormatFiles;
+using Crazyflie = FormatFiles;
+using DamagedValues = FormatFiles;
+using DataFlash = FormatFiles;
+using Formats = FormatFiles;
+using Mcap = FormatFiles;
+using Restarts = FormatFiles;
+using RosBag = FormatFiles;
+using ULog = FormatFiles;
 
 // --- ULog
 
@@ -82,9 +110,8 @@ std::string SmallULog(const std::string& damage) {
          ULogData(3, 3'000'000, 0, 2.5F) + "\x20";  // cut off
 }
 
-TEST(ULog, NestsPadsAndResynchronises) {
-  const ImportFiles files;
-  const auto log = OpenRecording(files.Write("log", SmallULog(std::string(37, '\0'))));
+TEST_F(ULog, NestsPadsAndResynchronises) {
+  const auto log = Open(SmallULog(std::string(37, '\0')));
   EXPECT_EQ(log->format().key, std::string("ulog"));
   ASSERT_EQ(log->channels().size(), 2U);
   const Channel& topic = ChannelOf(*log, "topic");
@@ -93,7 +120,7 @@ TEST(ULog, NestsPadsAndResynchronises) {
   EXPECT_EQ(topic.count, 2U);
   EXPECT_EQ(topic.first, 2'000'000'000);  // of recording
   EXPECT_EQ(ChannelOf(*log, "topic[1]").count, 1U);
-  const std::vector<Row> rows = RowsOf(log.get(), "topic");
+  const std::vector<Row> rows = RowsOf(log, "topic");
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0].time, 1'990'000'000);  // of measurement
   EXPECT_EQ(rows[1].time, 3'000'000'000);  // which is not set
@@ -103,35 +130,32 @@ TEST(ULog, NestsPadsAndResynchronises) {
 }
 
 // A definition of a line may ask for more memory than there is.
-TEST(ULog, DefinitionsLargerThanTheirMessagesCostNothing) {
-  const ImportFiles files;
+TEST_F(ULog, DefinitionsLargerThanTheirMessagesCostNothing) {
   std::string text = ULogStart({"t:uint64_t timestamp;uint32_t[16000] q;"});
   for (std::uint16_t id = 0; id < 3000; ++id) {
     text += ULogSubscription(id, "t") + ULogRecord('D', Packed(id, std::uint64_t{id}));
   }
-  const auto log = OpenRecording(files.Write("log", text));
+  const auto log = Open(text);
   EXPECT_TRUE(log->channels().empty());
   EXPECT_THAT(log->warnings(),
               ElementsAre(HasSubstr("3000 records are shorter than their topic's definition")));
 }
 
 // Each holds the next many times, and the last one nothing.
-TEST(ULog, TypesWithoutBytesMayNotNestWithoutEnd) {
-  const ImportFiles files;
+TEST_F(ULog, TypesWithoutBytesMayNotNestWithoutEnd) {
   std::string text = ULogStart({"t16:"});
   for (int i = 0; i < 16; ++i) text += ULogRecord('F', fmt::format("t{}:t{}[60000] x;", i, i + 1));
   text += ULogSubscription(1, "t0") + ULogRecord('D', Packed(std::uint16_t{1}));
-  EXPECT_TRUE(OpenRecording(files.Write("log", text))->channels().empty());
+  EXPECT_TRUE(Open(text)->channels().empty());
 }
 
-TEST(ULog, LeavesOutImpossibleTimes) {
-  const ImportFiles files;
+TEST_F(ULog, LeavesOutImpossibleTimes) {
   std::string text = ULogStart({"t:uint64_t timestamp;float x;"}) + ULogSubscription(1, "t");
   for (const std::uint64_t time : {~0ULL, ~0ULL >> 1, 5'000'000ULL}) {
     text += ULogRecord('D', Packed(std::uint16_t{1}, time, 0.5F));
   }
-  const auto log = OpenRecording(files.Write("log", text));
-  const std::vector<Row> rows = RowsOf(log.get(), "t");
+  const auto log = Open(text);
+  const std::vector<Row> rows = RowsOf(log, "t");
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_EQ(rows[0].time, 5'000'000'000);
   EXPECT_THAT(log->warnings(), ElementsAre(HasSubstr("2 records have no possible time stamp")));
@@ -143,19 +167,16 @@ TEST(Cells, ATimeThatDoesNotFitLeavesTheTimeAsItWas) {
   EXPECT_EQ(time, 7);
 }
 
-TEST(ULog, RefusesUnknownFeatures) {
-  const ImportFiles files;
+TEST_F(ULog, RefusesUnknownFeatures) {
   std::string text = SmallULog("");
   text[16 + 3 + 8] = 2;  // an incompatible flag
-  EXPECT_THAT(ErrorOf([&] { OpenRecording(files.Write("log", text)); }),
-              HasSubstr("needs a newer ULog reader"));
+  EXPECT_THAT(Refusal(text), HasSubstr("needs a newer ULog reader"));
 }
 
-TEST(ULog, LeavesOutMalformedDefinitions) {
-  const ImportFiles files;
+TEST_F(ULog, LeavesOutMalformedDefinitions) {
   std::string text = SmallULog("");
   text.replace(text.find("int16_t v"), 9, "int16_t*v");
-  const auto log = OpenRecording(files.Write("log", text));
+  const auto log = Open(text);
   EXPECT_TRUE(log->channels().empty());
   EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr("never announced")));
 }
@@ -182,10 +203,6 @@ std::string ULogOfOutputs(std::int32_t dshot_config, const std::vector<float>& o
   return log;
 }
 
-FlightLog ConvertPx4(const ImportFiles& files, const std::string& log) {
-  return ConvertLog(ShippedMap("px4"), {files.Write("flight.ulg", log)}, {});
-}
-
 std::vector<double> FirstMotor(const FlightLog& log) {
   std::vector<double> commands;
   for (const ChannelsSample& sample : log.motors) commands.push_back(sample.values.at(0));
@@ -193,44 +210,39 @@ std::vector<double> FirstMotor(const FlightLog& log) {
 }
 
 // Until 1.13 PX4 names the numbers of mocap x, y and z, since then position[0..2].
-TEST(ULog, TheShippedMapReadsMocapOfOldVersions) {
-  const ImportFiles files;
+TEST_F(ULog, TheShippedMapReadsMocapOfOldVersions) {
   const std::uint64_t time = 1000;
   const FlightLog converted = ConvertPx4(
-      files,
       ULogStart({kSensorCombined,
                  "vehicle_mocap_odometry:uint64_t timestamp;float x;float y;float z;float[4] q;"}) +
-          ULogSubscription(1, "sensor_combined") + ULogSubscription(2, "vehicle_mocap_odometry") +
-          ULogRecord('D', Packed(std::uint16_t{1}, time, std::string(6 * sizeof(float), '\0'))) +
-          ULogRecord('D', Packed(std::uint16_t{2}, time, 1.0F, 2.0F, 3.0F, 1.0F,
-                                 std::string(3 * sizeof(float), '\0'))));
+      ULogSubscription(1, "sensor_combined") + ULogSubscription(2, "vehicle_mocap_odometry") +
+      ULogRecord('D', Packed(std::uint16_t{1}, time, std::string(6 * sizeof(float), '\0'))) +
+      ULogRecord('D', Packed(std::uint16_t{2}, time, 1.0F, 2.0F, 3.0F, 1.0F,
+                             std::string(3 * sizeof(float), '\0'))));
   EXPECT_EQ(converted.fixes.at(0).p_E, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(converted.pose.at(0).p_E, Eigen::Vector3d(1, 2, 3));
 }
 
 // Values that PWM has, too: 1000 of DShot is half of its range, of PWM it is none.
-TEST(ULog, OutputsAreDshotWhereTheParameterSaysSo) {
-  const ImportFiles files;
-  const FlightLog log = ConvertPx4(files, ULogOfOutputs(600, {0.0F, 110.0F, 999.5F, 1999.0F}));
+TEST_F(ULog, OutputsAreDshotWhereTheParameterSaysSo) {
+  const FlightLog log = ConvertPx4(ULogOfOutputs(600, {0.0F, 110.0F, 999.5F, 1999.0F}));
   EXPECT_THAT(FirstMotor(log),
               ElementsAre(0.0, DoubleEq(110.0 / 1999.0), DoubleEq(0.5), DoubleEq(1.0)));
   EXPECT_THAT(log.warnings, testing::Not(testing::Contains(HasSubstr("PWM"))));
 }
 
-TEST(ULog, OutputsArePwmOtherwise) {
-  const ImportFiles files;
-  const FlightLog log = ConvertPx4(files, ULogOfOutputs(0, {900.0F, 1250.0F, 2000.0F}));
+TEST_F(ULog, OutputsArePwmOtherwise) {
+  const FlightLog log = ConvertPx4(ULogOfOutputs(0, {900.0F, 1250.0F, 2000.0F}));
   EXPECT_THAT(FirstMotor(log), ElementsAre(DoubleEq(-0.1), DoubleEq(0.25), DoubleEq(1.0)));
   EXPECT_THAT(log.warnings, testing::Not(testing::Contains(HasSubstr("PWM"))));
 }
 
-TEST(ULog, OutputsThatMayBeNoPwmAreSaid) {
-  const ImportFiles files;
+TEST_F(ULog, OutputsThatMayBeNoPwmAreSaid) {
   // A log that starts in flight, or PWM beside DShot.
-  EXPECT_THAT(ConvertPx4(files, ULogOfOutputs(600, {1000.0F, 1200.0F})).warnings,
+  EXPECT_THAT(ConvertPx4(ULogOfOutputs(600, {1000.0F, 1200.0F})).warnings,
               testing::Contains(
                   testing::AllOf(HasSubstr("the first output is 1000"), HasSubstr("1 / 1999"))));
-  EXPECT_THAT(ConvertPx4(files, ULogOfOutputs(0, {1000.0F, 150.0F, 4000.0F})).warnings,
+  EXPECT_THAT(ConvertPx4(ULogOfOutputs(0, {1000.0F, 150.0F, 4000.0F})).warnings,
               testing::Contains(HasSubstr("2 of 3 messages hold values that are no PWM pulses")));
 }
 
@@ -402,8 +414,7 @@ std::string BagStart(std::uint64_t index, std::uint32_t chunks) {
          BagRecord({"op=\3", "index_pos=" + Packed(index), "chunk_count=" + Packed(chunks)}, "");
 }
 
-TEST(RosBag, IsReadBeyondAWrongIndex) {
-  const ImportFiles files;
+TEST_F(RosBag, IsReadBeyondAWrongIndex) {
   const std::string connection = BagConnection(0, "float64 a\nfloat64 b\n");
   const std::string first = BagChunk(connection + BagMessage(0, 1, 1, 2));
   const std::string second = BagChunk(BagMessage(0, 2, 3, 4));
@@ -411,8 +422,7 @@ TEST(RosBag, IsReadBeyondAWrongIndex) {
   const std::size_t right = start + first.size() + second.size();
   for (const std::size_t index : {right, right - second.size(), start + 5}) {
     for (const std::uint32_t chunks : {0U, 2U}) {
-      const auto log = OpenRecording(
-          files.Write("a.bag", BagStart(index, chunks) + first + second + connection));
+      const auto log = Open(BagStart(index, chunks) + first + second + connection);
       EXPECT_EQ(ChannelOf(*log, "/x").count, 2U) << index << " " << chunks;
       EXPECT_EQ(log->warnings().size(), index == right ? 0U : 1U) << index << " " << chunks;
     }
@@ -420,14 +430,13 @@ TEST(RosBag, IsReadBeyondAWrongIndex) {
 }
 
 // Each connection's messages are decoded by its own definition.
-TEST(RosBag, ATopicMayHaveTwoDefinitions) {
-  const ImportFiles files;
-  const auto log = OpenRecording(files.Write(
-      "a.bag", BagStart(0, 1) + BagChunk(BagConnection(0, "float64 a\nfloat64 b\n") +
-                                         BagConnection(1, "float64 b\nfloat64 a\n") +
-                                         BagConnection(2, "float64 a # again\nfloat64 b\n") +
-                                         BagMessage(0, 1, 1, 2) + BagMessage(1, 2, 3, 4) +
-                                         BagMessage(2, 3, 5, 6))));
+TEST_F(RosBag, ATopicMayHaveTwoDefinitions) {
+  const auto log =
+      Open(BagStart(0, 1) +
+           BagChunk(BagConnection(0, "float64 a\nfloat64 b\n") +
+                    BagConnection(1, "float64 b\nfloat64 a\n") +
+                    BagConnection(2, "float64 a # again\nfloat64 b\n") + BagMessage(0, 1, 1, 2) +
+                    BagMessage(1, 2, 3, 4) + BagMessage(2, 3, 5, 6)));
   ASSERT_EQ(log->channels().size(), 2U);
   EXPECT_EQ(log->channels()[0].count, 2U);
   EXPECT_THAT(NamesOf(log->channels()[0]), ElementsAre("a", "b"));
@@ -436,31 +445,27 @@ TEST(RosBag, ATopicMayHaveTwoDefinitions) {
 
 // --- MCAP
 
-TEST(Mcap, FieldsAreThoseOfTheFullestOfTheFirstMessages) {
-  const ImportFiles files;
-  const auto log = OpenRecording(files.Write(
-      "a.mcap", kMcapStart + McapJson(1, "/m") + McapMessage(1, 1, R"({"w":[],"x":1})") +
-                    McapMessage(1, 2, R"({"w":[7,8],"x":2})") +
-                    McapMessage(1, 3, R"({"w":[9],"x":3})") +
-                    McapMessage(1, 4, R"({"y":[9,9,9,9]})") + McapRecord(15, "1234")));
+TEST_F(Mcap, FieldsAreThoseOfTheFullestOfTheFirstMessages) {
+  const auto log =
+      Open(kMcapStart + McapJson(1, "/m") + McapMessage(1, 1, R"({"w":[],"x":1})") +
+           McapMessage(1, 2, R"({"w":[7,8],"x":2})") + McapMessage(1, 3, R"({"w":[9],"x":3})") +
+           McapMessage(1, 4, R"({"y":[9,9,9,9]})") + McapRecord(15, "1234"));
   EXPECT_THAT(NamesOf(log->channels()[0]), ElementsAre("w[0]", "w[1]", "x"));
-  const std::vector<Row> rows = RowsOf(log.get(), "/m");
+  const std::vector<Row> rows = RowsOf(log, "/m");
   ASSERT_EQ(rows.size(), 4U);
   EXPECT_EQ(rows[0].numbers[2], 1);
   EXPECT_THAT(rows[1].numbers, ElementsAre(7, 8, 2));
 }
 
-TEST(Mcap, SaysWhatIsNotRead) {
-  const ImportFiles files;
+TEST_F(Mcap, SaysWhatIsNotRead) {
   const std::string start = kMcapStart + McapJson(1, "/m") + McapMessage(1, 1, R"({"x":1})");
   const std::string lie = "\6" + Packed(std::uint64_t{1} << 63) + "abcd";
-  EXPECT_THAT(OpenRecording(files.Write("a.mcap", start + lie))->warnings(),
+  EXPECT_THAT(Open(start + lie)->warnings(),
               ElementsAre(HasSubstr("so the 13 bytes from there to the end are not read")));
   const std::string chunk =
       McapRecord(6, std::string(28, '\0') + McapText("") + Packed(std::uint64_t{13}, lie));
-  EXPECT_THAT(
-      OpenRecording(files.Write("a.mcap", start + chunk + McapRecord(15, "1234")))->warnings(),
-      ElementsAre(HasSubstr("ends within a record; the 13 bytes")));
+  EXPECT_THAT(Open(start + chunk + McapRecord(15, "1234"))->warnings(),
+              ElementsAre(HasSubstr("ends within a record; the 13 bytes")));
 }
 
 // --- Crazyflie
@@ -474,15 +479,14 @@ std::string UsdLog(const std::vector<std::string>& variables, const std::string&
 }
 
 // The packed words follow the firmware's description: the largest component is left out.
-TEST(Crazyflie, UnpacksQuaternions) {
-  const ImportFiles files;
+TEST_F(Crazyflie, UnpacksQuaternions) {
   const auto numbers = [&](std::uint32_t packed) {
-    const auto log = OpenRecording(files.Write(
-        "a", UsdLog({"a.b(B)", "stateEstimateZ.quat(I)"}, Packed(std::uint8_t{7}, packed))));
+    const auto log =
+        Open(UsdLog({"a.b(B)", "stateEstimateZ.quat(I)"}, Packed(std::uint8_t{7}, packed)));
     EXPECT_THAT(NamesOf(log->channels()[0]),
                 ElementsAre("a.b", "stateEstimateZ.quat", "stateEstimateZ.qx", "stateEstimateZ.qy",
                             "stateEstimateZ.qz", "stateEstimateZ.qw"));
-    std::vector<double> row = RowsOf(log.get(), "fixedFrequency").at(0).numbers;
+    std::vector<double> row = RowsOf(log, "fixedFrequency").at(0).numbers;
     row.erase(row.begin(), row.begin() + 2);
     return row;
   };
@@ -492,8 +496,7 @@ TEST(Crazyflie, UnpacksQuaternions) {
   EXPECT_THAT(numbers(kMinus | kSize), ElementsAre(near(0.8), near(0), near(0), near(-0.6)));
 }
 
-TEST(Crazyflie, TheShippedMapReadsAttitudesOfAllKinds) {
-  const ImportFiles files;
+TEST_F(Crazyflie, TheShippedMapReadsAttitudesOfAllKinds) {
   const ImportMap map = ShippedMap("crazyflie");
   std::vector<std::string> variables = {"acc.x(f)",  "acc.y(f)",  "acc.z(f)",
                                         "gyro.x(f)", "gyro.y(f)", "gyro.z(f)"};
@@ -502,8 +505,7 @@ TEST(Crazyflie, TheShippedMapReadsAttitudesOfAllKinds) {
   const auto attitude = [&](const std::vector<std::string>& more, const std::string& bytes) {
     std::vector<std::string> all = variables;
     all.insert(all.end(), more.begin(), more.end());
-    const FlightLog log = ConvertLog(map, {files.Write("a", UsdLog(all, values + bytes))}, {});
-    return log.attitude.at(0).q_Ep_I;
+    return Convert(map, UsdLog(all, values + bytes)).attitude.at(0).q_Ep_I;
   };
   // 2 asin(0.6) = 73.74 deg nose up, which turns about -y of axes forward-left-up.
   constexpr std::uint32_t kNoseUp = 3U << 30 | (1 << 9 | 434) << 10;
@@ -528,8 +530,7 @@ std::string FlashSample(std::uint64_t time, std::uint8_t sensor, std::int16_t hu
   return Packed("\xA3\x95\x05", time, sensor, hundredths, x);
 }
 
-TEST(DataFlash, ScalesByTheLogsMultipliersAndTellsSensorsApart) {
-  const ImportFiles files;
+TEST_F(DataFlash, ScalesByTheLogsMultipliersAndTellsSensorsApart) {
   const std::string log_text =
       FlashFmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") +
       FlashFmt(5, 18, "SENS", "QBcf", "TimeUS,I,Lean,X") +
@@ -542,13 +543,13 @@ TEST(DataFlash, ScalesByTheLogsMultipliersAndTellsSensorsApart) {
       Packed("\xA3\x95\x08", std::uint64_t{0}, std::uint8_t{5}, Padded("s#-m", 16),
              Padded("F--C", 16)) +
       FlashSample(1'200'000, 0, 260, 6.0F).substr(0, 9);
-  const auto log = OpenRecording(files.Write("log.bin", log_text));
+  const auto log = Open(log_text);
   EXPECT_EQ(log->format().key, std::string("dataflash"));
   const Channel& sensor = ChannelOf(*log, "SENS");
   EXPECT_EQ(sensor.count, 1U);
   EXPECT_EQ(sensor.fields[3].unit, "m");
   EXPECT_EQ(ChannelOf(*log, "SENS[1]").count, 1U);
-  const std::vector<Row> rows = RowsOf(log.get(), "SENS[1]");
+  const std::vector<Row> rows = RowsOf(log, "SENS[1]");
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_EQ(rows[0].time, 1'100'000'000);
   EXPECT_THAT(rows[0].numbers, ElementsAre(1.1e6, 1, DoubleEq(3.0), DoubleEq(5e-3)));
@@ -556,8 +557,7 @@ TEST(DataFlash, ScalesByTheLogsMultipliersAndTellsSensorsApart) {
 }
 
 // A file of two starts of a logger, of which the second has other columns: the longer one is read.
-TEST(DataFlash, RecordsAreReadByTheDefinitionBeforeThem) {
-  const ImportFiles files;
+TEST_F(DataFlash, RecordsAreReadByTheDefinitionBeforeThem) {
   const std::string first = FlashFmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") +
                             FlashFmt(5, 18, "SENS", "QBcf", "TimeUS,I,Lean,X");
   const std::string second = FlashFmt(5, 19, "SENS", "Qff", "TimeUS,X,Y");
@@ -567,10 +567,10 @@ TEST(DataFlash, RecordsAreReadByTheDefinitionBeforeThem) {
     for (int i = 0; i < before; ++i) text += FlashSample(1'000'000, 0, 250, 4.0F);
     text += second;
     for (int i = 0; i < after; ++i) text += sample;
-    const auto log = OpenRecording(files.Write("log.bin", text));
+    const auto log = Open(text);
     EXPECT_THAT(log->warnings(),
                 ElementsAre(HasSubstr("types are defined again with other columns from byte")));
-    return RowsOf(log.get(), "SENS");
+    return RowsOf(log, "SENS");
   };
   const std::vector<Row> of_first = rows_of(20, 2);
   ASSERT_EQ(of_first.size(), 20U);
@@ -593,7 +593,7 @@ BlackboxValues DecodeAll(int encoding, std::size_t fields, const std::string& by
   return values;
 }
 
-TEST(Blackbox, Encodings) {
+TEST_F(Blackbox, Encodings) {
   EXPECT_THAT(DecodeAll(1, 2, "\x85\x01\x7F"), ElementsAre(133, 127));
   EXPECT_THAT(DecodeAll(0, 2, "\x03\x04"), ElementsAre(-2, 2));
   EXPECT_THAT(DecodeAll(3, 1, std::string("\xFF\x7F", 2)), ElementsAre(1));  // minus -1
@@ -616,7 +616,7 @@ TEST(Blackbox, Encodings) {
   EXPECT_THAT(DecodeAll(10, 3, "\xA0\x3F\x83"), ElementsAre(-128, -1, 3));
 }
 
-TEST(Blackbox, Predictors) {
+TEST_F(Blackbox, Predictors) {
   BlackboxHeader header;
   for (const int predictor : {1, 2, 3, 6, 8, 4}) {
     header.frames['P'].push_back({"f", true, predictor, 9});
@@ -697,55 +697,48 @@ constexpr TimeNs kBeforeWrapNs = 1000LL * kBeforeWrap;
 constexpr TimeNs kMs = 1'000'000;
 
 // The clock of the log counts us in 32 bits: after 71 minutes it starts again at zero.
-TEST(Blackbox, TimesGoOnWhereTheClockWraps) {
-  const ImportFiles files;
+TEST_F(Blackbox, TimesGoOnWhereTheClockWraps) {
   const std::string inter = std::string("P\0", 2);  // as far from the last as that from its last
   const std::string first_inter = "P" + BlackboxVarint(2000);  // after an I frame: 1000 us later
   const std::string gps = "G" + BlackboxVarint(100) + BlackboxVarint(9);
-  const auto log = OpenRecording(
-      files.Write("log.bbl", kBlackboxHeader + BlackboxIntra(0, kBeforeWrap) + first_inter + inter +
-                                 gps + inter + gps + BlackboxIntra(4, kBeforeWrap + 4000) +
-                                 first_inter + kBlackboxEnd));
+  const auto log =
+      Open(kBlackboxHeader + BlackboxIntra(0, kBeforeWrap) + first_inter + inter + gps + inter +
+           gps + BlackboxIntra(4, kBeforeWrap + 4000) + first_inter + kBlackboxEnd);
   EXPECT_THAT(
-      TimesOf(RowsOf(log.get(), "main")),
+      TimesOf(RowsOf(log, "main")),
       ElementsAre(kBeforeWrapNs, kBeforeWrapNs + kMs, kBeforeWrapNs + 2 * kMs,
                   kBeforeWrapNs + 3 * kMs, kBeforeWrapNs + 4 * kMs, kBeforeWrapNs + 5 * kMs));
-  EXPECT_THAT(TimesOf(RowsOf(log.get(), "gps")),
+  EXPECT_THAT(TimesOf(RowsOf(log, "gps")),
               ElementsAre(kBeforeWrapNs + 2 * kMs + kMs / 10, kBeforeWrapNs + 3 * kMs + kMs / 10));
   EXPECT_EQ(ChannelOf(*log, "main").last, kBeforeWrapNs + 5 * kMs);
   EXPECT_THAT(log->warnings(), testing::IsEmpty());
 }
 
 // The clock wrapped in a pause of minutes. The first frame after it may be damage and is left out.
-TEST(Blackbox, TimesGoOnWhereTheClockWrapsInAPause) {
-  const ImportFiles files;
+TEST_F(Blackbox, TimesGoOnWhereTheClockWrapsInAPause) {
   const std::uint32_t pause = 300'000'000;
-  const auto log = OpenRecording(files.Write(
-      "log.bbl", kBlackboxHeader + BlackboxIntra(0, kBeforeWrap) +
-                     BlackboxIntra(300'000, kBeforeWrap + pause) +
-                     BlackboxIntra(300'004, kBeforeWrap + pause + 4000) +
-                     BlackboxIntra(300'008, kBeforeWrap + pause + 8000) + kBlackboxEnd));
+  const auto log = Open(kBlackboxHeader + BlackboxIntra(0, kBeforeWrap) +
+                        BlackboxIntra(300'000, kBeforeWrap + pause) +
+                        BlackboxIntra(300'004, kBeforeWrap + pause + 4000) +
+                        BlackboxIntra(300'008, kBeforeWrap + pause + 8000) + kBlackboxEnd);
   const TimeNs after = kBeforeWrapNs + 1000LL * pause;
-  EXPECT_THAT(TimesOf(RowsOf(log.get(), "main")),
+  EXPECT_THAT(TimesOf(RowsOf(log, "main")),
               ElementsAre(kBeforeWrapNs, after + 4 * kMs, after + 8 * kMs));
 }
 
 // Betaflight adds the reason for disarming to the end's text; INAV logs failures of its filter.
-TEST(Blackbox, EventsOfNewerFirmwareAreNoDamage) {
-  const ImportFiles files;
+TEST_F(Blackbox, EventsOfNewerFirmwareAreNoDamage) {
   const std::string failure = "E\x28\x02", end("E\xFF"
                                                "End of log (disarm reason:4)\0",
                                                31);
-  const auto log =
-      OpenRecording(files.Write("log.bbl", kBlackboxHeader + BlackboxIntra(0, 1000) + failure +
-                                               BlackboxIntra(4, 5000) + end + "I am no frame"));
-  EXPECT_THAT(TimesOf(RowsOf(log.get(), "main")), ElementsAre(1 * kMs, 5 * kMs));
+  const auto log = Open(kBlackboxHeader + BlackboxIntra(0, 1000) + failure +
+                        BlackboxIntra(4, 5000) + end + "I am no frame");
+  EXPECT_THAT(TimesOf(RowsOf(log, "main")), ElementsAre(1 * kMs, 5 * kMs));
   EXPECT_THAT(log->warnings(), testing::IsEmpty());
 }
 
 // Coordinates are differences to the home position, which an H frame states.
-TEST(Blackbox, GpsFramesBeforeTheHomePositionAreLeftOut) {
-  const ImportFiles files;
+TEST_F(Blackbox, GpsFramesBeforeTheHomePositionAreLeftOut) {
   const std::string header =
       std::string(kBlackboxHeader).substr(0, std::string(kBlackboxHeader).find("H Field G")) +
       "H Field H name:GPS_home[0],GPS_home[1]\n"
@@ -758,12 +751,12 @@ TEST(Blackbox, GpsFramesBeforeTheHomePositionAreLeftOut) {
       "H Field G encoding:0,0\n";
   const std::string gps = "G\x02\x04", home = "H\x14\x28";
   const std::string start = header + BlackboxIntra(0, 1000) + gps;
-  const auto late = OpenRecording(files.Write("log.bbl", start + home + gps + kBlackboxEnd));
-  const std::vector<Row> rows = RowsOf(late.get(), "gps");
+  const auto late = Open(start + home + gps + kBlackboxEnd);
+  const std::vector<Row> rows = RowsOf(late, "gps");
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_THAT(rows[0].numbers, ElementsAre(1000, 11, 22));
   EXPECT_THAT(late->warnings(), ElementsAre(HasSubstr("1 GPS frames come before the home")));
-  const auto never = OpenRecording(files.Write("log.bbl", start + gps + kBlackboxEnd));
+  const auto never = Open(start + gps + kBlackboxEnd);
   EXPECT_EQ(ChannelOf(*never, "gps").count, 0U);
   EXPECT_THAT(never->warnings(), ElementsAre(HasSubstr("which the log lacks")));
 }
@@ -771,7 +764,7 @@ TEST(Blackbox, GpsFramesBeforeTheHomePositionAreLeftOut) {
 // --- ROS 2 bags
 
 // A recorder that was killed: one message is in the bag, two are in the write-ahead log beside it.
-class KilledRecorder : public testing::Test {
+class KilledRecorder : public FormatFiles {
  protected:
   void SetUp() override {
     std::filesystem::create_directories(files_ / "recorder");
@@ -802,13 +795,10 @@ class KilledRecorder : public testing::Test {
   std::map<std::string, std::string> Files() const {  // their bytes by name
     std::map<std::string, std::string> files;
     for (const auto& entry : std::filesystem::directory_iterator(files_ / "copy")) {
-      std::ifstream in(entry.path(), std::ios::binary);
-      files[entry.path().filename().string()] = {std::istreambuf_iterator<char>(in), {}};
+      files[entry.path().filename().string()] = ReadText(entry.path());
     }
     return files;
   }
-
-  ImportFiles files_;
 };
 
 TEST_F(KilledRecorder, RowsOfTheWriteAheadLogAreRead) {
@@ -816,7 +806,7 @@ TEST_F(KilledRecorder, RowsOfTheWriteAheadLogAreRead) {
   ASSERT_EQ(before.size(), 2U);
   for (const std::filesystem::path& path : {Bag(), Bag().parent_path()}) {
     const auto log = OpenRecording(path);
-    EXPECT_THAT(TimesOf(RowsOf(log.get(), "/x")), ElementsAre(10, 20, 30));
+    EXPECT_THAT(TimesOf(RowsOf(log, "/x")), ElementsAre(10, 20, 30));
     EXPECT_THAT(log->warnings(), testing::IsEmpty());
   }
   EXPECT_EQ(Files(), before);  // the user's files stay, and none appears beside them
@@ -825,7 +815,7 @@ TEST_F(KilledRecorder, RowsOfTheWriteAheadLogAreRead) {
 TEST_F(KilledRecorder, AWriteAheadLogThatCantBeReadIsSaid) {
   files_.Write("copy/bag.db3-wal", std::string(4096, 'x'));
   const auto log = OpenRecording(Bag());
-  EXPECT_THAT(TimesOf(RowsOf(log.get(), "/x")), ElementsAre(10));
+  EXPECT_THAT(TimesOf(RowsOf(log, "/x")), ElementsAre(10));
   EXPECT_THAT(log->warnings(),
               ElementsAre(testing::AllOf(HasSubstr("bag.db3-wal, the write-ahead log of bag.db3"),
                                          HasSubstr("wal_checkpoint"))));
@@ -834,7 +824,7 @@ TEST_F(KilledRecorder, AWriteAheadLogThatCantBeReadIsSaid) {
 TEST_F(KilledRecorder, ABagWithoutItsWriteAheadLogIsReadAlone) {
   std::filesystem::remove(files_ / "copy/bag.db3-wal");
   const auto log = OpenRecording(Bag());
-  EXPECT_THAT(TimesOf(RowsOf(log.get(), "/x")), ElementsAre(10));
+  EXPECT_THAT(TimesOf(RowsOf(log, "/x")), ElementsAre(10));
 }
 
 TEST_F(KilledRecorder, ABagFileThatIsNotListedIsSaid) {
@@ -843,7 +833,7 @@ TEST_F(KilledRecorder, ABagFileThatIsNotListedIsSaid) {
                "  relative_file_paths: [bag.db3]\n");
   files_.Write("copy/other.db3", "");
   const auto log = OpenRecording(Bag().parent_path());
-  EXPECT_EQ(RowsOf(log.get(), "/x").size(), 3U);
+  EXPECT_EQ(RowsOf(log, "/x").size(), 3U);
   EXPECT_THAT(log->warnings(),
               ElementsAre(HasSubstr("has other.db3, which metadata.yaml does not list")));
 }
@@ -853,7 +843,7 @@ TEST_F(KilledRecorder, AMissingPartOfABagIsSaid) {
                "rosbag2_bagfile_information:\n"
                "  relative_file_paths: [bag.db3, gone.db3]\n");
   const auto log = OpenRecording(Bag().parent_path());
-  EXPECT_EQ(RowsOf(log.get(), "/x").size(), 3U);
+  EXPECT_EQ(RowsOf(log, "/x").size(), 3U);
   EXPECT_THAT(log->warnings(),
               ElementsAre(HasSubstr("metadata.yaml lists gone.db3, which is missing")));
 }
@@ -883,25 +873,20 @@ std::string FlashStart() {
          FlashFmt(6, 15, "BAT", "Qf", "TimeUS,Volt");
 }
 
-FlightLog ConvertFlash(const ImportFiles& files, const std::string& log) {
-  const std::string map =
-      files.Write("map.yaml",
-                  "inputs: {log: {format: dataflash}}\n"
-                  "streams:\n"
-                  "  imu: {channel: IMU, accel: {columns: [X, Y, Z]}, gyro: {columns: [X, Y, Z]}}\n"
-                  "  battery: {channel: BAT, column: Volt, optional: true}\n");
-  return ConvertLog(ReadImportMap(map), {files.Write("log.bin", log)}, {});
-}
+constexpr char kFlashMap[] =
+    "inputs: {log: {format: dataflash}}\n"
+    "streams:\n"
+    "  imu: {channel: IMU, accel: {columns: [X, Y, Z]}, gyro: {columns: [X, Y, Z]}}\n"
+    "  battery: {channel: BAT, column: Volt, optional: true}\n";
 
 // The battery has too few rows to show a restart; the IMU shows where it lies in the file.
-TEST(Restarts, TheLongestPartIsKeptInAllStreams) {
-  const ImportFiles files;
+TEST_F(Restarts, TheLongestPartIsKeptInAllStreams) {
   std::string log = FlashStart() + FlashBattery(10);
   for (int i = 0; i < 50; ++i) log += FlashImu(10.0 + 0.1 * i, 1.0F);
   log += FlashBattery(15);
   for (int i = 0; i < 80; ++i) log += FlashImu(8.0 + 0.1 * i, 2.0F);
   log += FlashBattery(16) + FlashBattery(12);
-  const FlightLog converted = ConvertFlash(files, log);
+  const FlightLog converted = ConvertWith(kFlashMap, log);
   ASSERT_EQ(converted.imu.size(), 80U);
   for (const ImuSample& sample : converted.imu) EXPECT_EQ(sample.accel.x(), 2.0);
   ASSERT_EQ(converted.battery.size(), 2U);
@@ -913,8 +898,7 @@ TEST(Restarts, TheLongestPartIsKeptInAllStreams) {
           HasSubstr("and 52 rows of the others are left out"))));
 }
 
-TEST(Restarts, SingleStampsAndSmallDisorderAreNone) {
-  const ImportFiles files;
+TEST_F(Restarts, SingleStampsAndSmallDisorderAreNone) {
   std::string log = FlashStart();
   for (int i = 0; i < 100; ++i) {
     const int swapped = i % 10 < 5 ? i : 10 * (i / 10) + 14 - i % 10;
@@ -922,14 +906,13 @@ TEST(Restarts, SingleStampsAndSmallDisorderAreNone) {
     if (i == 50) log += FlashImu(500, 1.0F);
     if (i == 70) log += FlashImu(2, 1.0F);
   }
-  const FlightLog converted = ConvertFlash(files, log);
+  const FlightLog converted = ConvertWith(kFlashMap, log);
   EXPECT_EQ(converted.imu.size(), 102U);
   EXPECT_THAT(converted.warnings, testing::Not(testing::Contains(HasSubstr("steps back"))));
 }
 
 // Chunks may be written in another order than that of time.
-TEST(Restarts, PartsOfABagThatDoNotOverlapAreSorted) {
-  const ImportFiles files;
+TEST_F(Restarts, PartsOfABagThatDoNotOverlapAreSorted) {
   const auto convert = [&](const std::vector<double>& starts) {
     std::string log = kMcapStart + McapJson(1, "/m");
     for (const double start : starts) {
@@ -937,21 +920,18 @@ TEST(Restarts, PartsOfABagThatDoNotOverlapAreSorted) {
         log += McapMessage(1, static_cast<std::uint64_t>(1e9 * (start + 0.1 * i)), R"({"x":1})");
       }
     }
-    const std::string map = files.Write("map.yaml",
-                                        "inputs: {log: {format: mcap}}\n"
-                                        "streams:\n"
-                                        "  imu: {channel: /m, accel: {columns: [x, x, x]}, gyro: "
-                                        "{columns: [x, x, x]}}\n");
-    return ConvertLog(ReadImportMap(map), {files.Write("log.mcap", log + McapRecord(15, "1234"))},
-                      {});
+    return ConvertWith(
+        "inputs: {log: {format: mcap}}\n"
+        "streams:\n"
+        "  imu: {channel: /m, accel: {columns: [x, x, x]}, gyro: {columns: [x, x, x]}}\n",
+        log + McapRecord(15, "1234"));
   };
   EXPECT_EQ(convert({5.0, 2.0}).imu.size(), 40U);
   EXPECT_EQ(convert({1.0, 9.0, 5.0}).imu.size(), 60U);  // between the parts of the first
   EXPECT_EQ(convert({5.0, 4.5}).imu.size(), 20U);       // overlaps: a restart
 }
 
-TEST(DamagedValues, FewAreLeftOutAndManyRefused) {
-  const ImportFiles files;
+TEST_F(DamagedValues, FewAreLeftOutAndManyRefused) {
   const auto log = [](int count, float x) {
     std::string text = FlashStart();
     for (int i = 0; i < 300; ++i)
@@ -959,49 +939,42 @@ TEST(DamagedValues, FewAreLeftOutAndManyRefused) {
     return text;
   };
   const float none = std::nanf(""), huge = 1e38F;
-  const FlightLog lacks = ConvertFlash(files, log(1, none));
+  const FlightLog lacks = ConvertWith(kFlashMap, log(1, none));
   EXPECT_EQ(lacks.imu.size(), 299U);
   EXPECT_THAT(lacks.warnings,
               testing::Contains(testing::AllOf(HasSubstr("1 with missing values (the first: "),
                                                HasSubstr("log.bin: IMU at 10.07"))));
-  const FlightLog beyond = ConvertFlash(files, log(2, huge));
+  const FlightLog beyond = ConvertWith(kFlashMap, log(2, huge));
   EXPECT_EQ(beyond.imu.size(), 298U);
   EXPECT_THAT(beyond.warnings,
               testing::Contains(testing::AllOf(HasSubstr("2 with impossible values (the first: "),
                                                HasSubstr("beyond anything that flies"))));
-  EXPECT_THAT(ErrorOf([&] { ConvertFlash(files, log(9, none)); }),
+  EXPECT_THAT(ErrorOf([&] { ConvertWith(kFlashMap, log(9, none)); }),
               testing::AllOf(HasSubstr("log.bin: IMU at 10.07"), HasSubstr("9 of 300 rows"),
                              HasSubstr("skip_missing: true")));
-  EXPECT_THAT(ErrorOf([&] { ConvertFlash(files, log(9, huge) + "noise"); }),
+  EXPECT_THAT(ErrorOf([&] { ConvertWith(kFlashMap, log(9, huge) + "noise"); }),
               testing::AllOf(HasSubstr("the map's 'unit' or 'scale' is wrong"),
                              HasSubstr("besides, "), HasSubstr("are no records")));
 }
 
 // --- Recognition
 
-TEST(Formats, AreKnownByTheContent) {
-  const ImportFiles files;
-  const auto format = [&](const std::string& text) -> std::string {
-    return OpenRecording(files.Write("any.name", text))->format().key;
-  };
+TEST_F(Formats, AreKnownByTheContent) {
+  const auto format = [&](const auto& text) -> std::string { return Open(text)->format().key; };
   EXPECT_EQ(format("# t x y z\n1.5 1 2 3 0 0 0 1\n1.6 1 2 3 0 0 0 1\n"), "tum");
   EXPECT_EQ(format("1.5 1 2 3 0.6 0 0 0.8\n"), "tum");
   EXPECT_EQ(format("t,x\n1,2\n"), "csv");
   EXPECT_EQ(format("#ROSBAG V2.0\n"), "ros1");
   EXPECT_EQ(format("\x89MCAP0\r\n"), "mcap");
-  const auto refusal = [&](const std::string& text) {
-    return ErrorOf([&] { OpenRecording(files.Write("any.name", text)); });
-  };
-  EXPECT_THAT(refusal(std::string("\x89HDF\r\n\x1a\n", 8)), HasSubstr("export its streams as CSV"));
-  EXPECT_THAT(refusal("\x1f\x8b more"), HasSubstr("is damaged or cut off (gzip)"));
-  EXPECT_THAT(refusal(std::string("\0\0\0\0", 4)), HasSubstr("has no format that is read here"));
-  EXPECT_THAT(refusal("SQLite format 3"), HasSubstr("ROS 2 bag"));
-  EXPECT_THAT(refusal(""), HasSubstr("has no format that is read here"));
+  EXPECT_THAT(Refusal(std::string("\x89HDF\r\n\x1a\n", 8)), HasSubstr("export its streams as CSV"));
+  EXPECT_THAT(Refusal("\x1f\x8b more"), HasSubstr("is damaged or cut off (gzip)"));
+  EXPECT_THAT(Refusal(std::string("\0\0\0\0", 4)), HasSubstr("has no format that is read here"));
+  EXPECT_THAT(Refusal("SQLite format 3"), HasSubstr("ROS 2 bag"));
+  EXPECT_THAT(Refusal(""), HasSubstr("has no format that is read here"));
 }
 
-TEST(Formats, TextMayBeCompressed) {
-  const ImportFiles files;
-  const auto file = files / "any.gz";
+TEST_F(Formats, TextMayBeCompressed) {
+  const auto file = files_ / "any.gz";
   WriteCompressed(file, "t,x\n1,2\n2,3\n");
   const auto format = [&file]() -> std::string { return OpenRecording(file)->format().key; };
   EXPECT_EQ(format(), "csv");
@@ -1013,11 +986,7 @@ TEST(Formats, TextMayBeCompressed) {
 }
 
 // Eight or twelve numbers a line may be anything.
-TEST(Formats, TrajectoriesMustBePlausible) {
-  const ImportFiles files;
-  const auto recording = [&](const std::string& text) {
-    return OpenRecording(files.Write("any.txt", text));
-  };
+TEST_F(Formats, TrajectoriesMustBePlausible) {
   for (const auto& [text, why] :
        {std::pair{"# a comment\n1.5 1 2 3 0 0 0 1\n1.6 1 2 3 0 0 0 2\n",
                   "line 3 has a quaternion of norm 2, not 1"},
@@ -1026,21 +995,20 @@ TEST(Formats, TrajectoriesMustBePlausible) {
         {"1 0 0 5 0 1 0 5 0 0 1 5\n1 0 0 5 0 1 0 5 0 0 2 5\n",
          "line 2 has columns 1 to 3, 5 to 7 and 9 to 11 that are no rotation"},
         {"1 0 0 5 0 1 0 5 0 0 -1 5\n", "line 1 has columns"}}) {
-    const auto log = recording(text);
+    const auto log = Open(text);
     EXPECT_STREQ(log->format().key, "csv") << text;
     EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr(why))) << text;
     EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr("hold is not known"))) << text;
   }
-  EXPECT_THAT(ErrorOf([&] { recording("1 0 0 5 0 0 -1 5 0 1 0 5\n"); }), HasSubstr("KITTI poses"));
-  EXPECT_THAT(recording("1 2 3\n2 3 4\n")->warnings(), testing::IsEmpty());
+  EXPECT_THAT(Refusal("1 0 0 5 0 0 -1 5 0 1 0 5\n"), HasSubstr("KITTI poses"));
+  EXPECT_THAT(Open("1 2 3\n2 3 4\n")->warnings(), testing::IsEmpty());
 }
 
 // One damaged row in a long trajectory does not make it another format.
-TEST(Formats, ATrajectoryMayHaveADamagedRow) {
-  const ImportFiles files;
+TEST_F(Formats, ATrajectoryMayHaveADamagedRow) {
   std::string text;
   for (int i = 0; i < 40; ++i) text += fmt::format("{} 1 2 3 0 0 0 {}\n", i, i == 20 ? 9 : 1);
-  EXPECT_STREQ(OpenRecording(files.Write("any.txt", text))->format().key, "tum");
+  EXPECT_STREQ(Open(text)->format().key, "tum");
 }
 
 }  // namespace
