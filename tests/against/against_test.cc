@@ -1,7 +1,4 @@
 // trueline-diagnose --against on made flights: trims with noise, sessions that differ.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "problems/against/comparison.h"
@@ -11,11 +8,6 @@
 
 namespace trueline {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::UnorderedElementsAre;
 
 constexpr double kWithin = 0.006, kBetween = 0.025;  // of ln(command)
 

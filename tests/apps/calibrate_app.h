@@ -2,7 +2,6 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 #include <sys/wait.h>
 
 #include <cstdlib>

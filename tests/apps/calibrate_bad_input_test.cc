@@ -1,12 +1,10 @@
 // Bad input: an error with file, line and remedy (exit 2; all kinds: tests/log/bad_input_test.cc),
 // or a warning and a defined treatment. Hovering and single passes get a verdict.
 #include "tests/apps/calibrate_app.h"
+#include "tests/common/matchers.h"
 
 namespace trueline {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
 
 #if defined(__SANITIZE_ADDRESS__)  // as g++ says it
 constexpr bool kSanitized = true;
@@ -22,7 +20,7 @@ class BadFlight : public CalibrateApp {
     const Outcome done = Calibrate();
     EXPECT_EQ(done.exit_code, 2);
     for (const std::string& word : words) EXPECT_THAT(done.err, HasSubstr(word));
-    EXPECT_THAT(done.out, testing::IsEmpty());
+    EXPECT_THAT(done.out, IsEmpty());
     EXPECT_FALSE(std::filesystem::exists(root_ / "out/calibration.yaml"));
   }
   YAML::Node Result() const { return YAML::LoadFile(root_ / "out/calibration.yaml"); }
@@ -104,7 +102,7 @@ TEST_F(BadFlight, OneSinglePassIsPoorAndSaysWhy) {
   EXPECT_EQ(done.exit_code, 0) << done.out;
   EXPECT_EQ(Result()["verdict"].as<std::string>(), "poor");
   EXPECT_THAT(Result()["reasons"].as<std::vector<std::string>>(),
-              testing::Contains(HasSubstr("single pass")));
+              Contains(HasSubstr("single pass")));
   EXPECT_THAT(done.out, AllOf(HasSubstr("verdict: poor"), HasSubstr("single pass")));
 }
 
@@ -130,7 +128,7 @@ TEST_F(BadFlight, AFaultOfTheLogIsAReasonOfTheVerdict) {
   EXPECT_EQ(Calibrate().exit_code, 0);
   EXPECT_EQ(Result()["verdict"].as<std::string>(), "poor");
   EXPECT_THAT(Result()["reasons"].as<std::vector<std::string>>(),
-              testing::Contains(AllOf(HasSubstr("dead_axis"), HasSubstr("ax"))));
+              Contains(AllOf(HasSubstr("dead_axis"), HasSubstr("ax"))));
 }
 
 TEST_F(BadFlight, OneRecordingTwiceIsRefused) {

@@ -2,14 +2,10 @@
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "tests/apps/calibrate_app.h"
+#include "tests/common/matchers.h"
 
 namespace trueline {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
 
 TEST_F(CalibrateApp, PrintsTheTableAndWritesTheFiles) {
   const Outcome done = Calibrate();

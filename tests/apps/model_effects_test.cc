@@ -1,6 +1,4 @@
 // Every effect that is declared for the IMU-driven model, through `--model` of the executables.
-#include <gmock/gmock.h>
-
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -9,11 +7,10 @@
 #include "cost_functions/models/imu_driven_model.h"
 #include "problems/effects/declaration.h"
 #include "tests/apps/calibrate_app.h"
+#include "tests/common/matchers.h"
 
 namespace trueline {
 namespace {
-
-using testing::HasSubstr;
 
 class ModelEffects : public CalibrateApp {
  protected:

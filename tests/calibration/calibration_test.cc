@@ -1,18 +1,13 @@
 // The verdict on a flight, every reason for it.
 #include "problems/calibration/calibration.h"
 
-#include <gmock/gmock.h>
-
 #include "problems/calibration/conflict.h"
 #include "problems/result/statistics.h"
+#include "tests/common/matchers.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 // Twenty windows with arcs, of which `inside` end inside of their ellipse.
 EstimatorRun FlownRun(int inside = 19) {

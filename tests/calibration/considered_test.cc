@@ -1,17 +1,13 @@
 // Unmodelled effects as an uncertainty of the constants.
 #include "problems/calibration/considered.h"
 
-#include <gmock/gmock.h>
-
 #include "problems/common/error.h"
 #include "problems/effects/declaration.h"
+#include "tests/common/matchers.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 std::vector<ConsideredEffect> Read(const std::string& yaml) {
   return ReadConsidered(YamlMap(YAML::Load(yaml), "c.yaml", "consider"));

@@ -1,6 +1,4 @@
 // Calibration from motor commands and battery voltage where no rotor speeds are measured.
-#include <gmock/gmock.h>
-
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -19,9 +17,6 @@
 
 namespace trueline {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 constexpr double kTrueLag = 0.04;  // s
 

@@ -1,6 +1,4 @@
 // Options from YAML and flags: round trip, strictness, models of earlier flights, shipped files.
-#include <gmock/gmock.h>
-
 #include <fstream>
 #include <functional>
 #include <sstream>
@@ -13,9 +11,6 @@
 
 namespace trueline {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
 
 std::filesystem::path ConfigFile(const std::string& name) {
   return std::filesystem::path(TRUELINE_TEST_SOURCE_DIR) / "config/calibrate" / name;
@@ -180,7 +175,7 @@ TEST(CalibrationFlags, AreCheckedAndOutrankTheFile) {
   EXPECT_EQ(options.methods.vgd.gamma, 2);
   EXPECT_EQ(options.methods.vgd.loss, FixLoss::kNone);
   EXPECT_EQ(options.methods.vgd.drive.thrust, ThrustSource::kLevelFlight);
-  EXPECT_THAT(options.gamma_sweep, testing::ElementsAre(1, 4));
+  EXPECT_THAT(options.gamma_sweep, ElementsAre(1, 4));
 }
 
 const char kModel[] =
@@ -241,7 +236,7 @@ TEST(LimitModelTo, LeavesOutWhatBelongsToAnotherFlight) {
   EXPECT_EQ(options.effects.size(), 4U);
   const std::string file = Written(std::string(kModel) + kProvenance);
   LimitModelTo(LogWithDigest("1234"), file, &options);
-  EXPECT_THAT(IdsOf(options.effects), testing::ElementsAre("rotor_drag"));
+  EXPECT_THAT(IdsOf(options.effects), ElementsAre("rotor_drag"));
   const ForceEffects& forces = options.methods.vgd.drive.force_effects;
   EXPECT_TRUE(forces.wind_E.isZero(0.0));
   EXPECT_EQ(forces.air_forces.size(), 1U);

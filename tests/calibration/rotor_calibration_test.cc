@@ -1,8 +1,6 @@
 // Calibration by rotor speeds from a log to its files.
 #include "problems/calibration/rotor_calibration.h"
 
-#include <gmock/gmock.h>
-
 #include <array>
 
 #include "problems/calibration/calibration_config.h"
@@ -18,9 +16,6 @@
 
 namespace trueline {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 std::filesystem::path Source() { return TRUELINE_TEST_SOURCE_DIR; }
 
@@ -49,7 +44,7 @@ TEST(RotorCalibration, AnInformativeFlightIsUsable) {
   RotorCalibrationOptions options = Nominal();
   options.warnings = {"one of the configuration"};
   const RotorCalibration c = CalibrateRotors(log, options);
-  EXPECT_THAT(c.warnings, testing::ElementsAre("one of the log", "one of the configuration"));
+  EXPECT_THAT(c.warnings, ElementsAre("one of the log", "one of the configuration"));
   EXPECT_EQ(c.verdict.word, "usable") << (c.verdict.reasons.empty() ? "" : c.verdict.reasons[0]);
   EXPECT_EQ(c.parameters.size(), 18u);
   EXPECT_EQ(Find(c, "m").status, "identified");
@@ -224,7 +219,7 @@ TEST(RotorModel, OneThatAgreesSharpensWhatTheFlightShows) {
   const RotorCalibrationOptions options = WithModel(first, vehicle);
   RotorCalibrationOptions used = Nominal();
   const RotorCalibration c = CalibrateRotors(Again(), options, &used);
-  EXPECT_THAT(c.warnings, testing::IsEmpty());
+  EXPECT_THAT(c.warnings, IsEmpty());
   EXPECT_EQ(used.prior.mean, options.prior.mean);
   EXPECT_LT(Find(c, "m").sigma, 0.9 * Find(Alone(), "m").sigma);
   EXPECT_NEAR(Find(c, "m").value, kMass, 4.0 * Find(c, "m").sigma);
@@ -240,11 +235,10 @@ TEST(RotorModel, OneOfAnotherMassIsNotUsed) {
   options.warnings = {"one of the configuration"};
   RotorCalibrationOptions used = Nominal();
   const RotorCalibration c = CalibrateRotors(Again(), options, &used);
-  const auto said =
-      testing::ElementsAre("one of the configuration",
-                           AllOf(HasSubstr("the model's m of 0.2167 +-"),
-                                 HasSubstr("contradicts this flight, which alone shows 0.24"),
-                                 HasSubstr("are not used as a prior")));
+  const auto said = ElementsAre("one of the configuration",
+                                AllOf(HasSubstr("the model's m of 0.2167 +-"),
+                                      HasSubstr("contradicts this flight, which alone shows 0.24"),
+                                      HasSubstr("are not used as a prior")));
   EXPECT_THAT(c.warnings, said);
   EXPECT_THAT(used.warnings, said);
   EXPECT_EQ(used.prior.mean, Nominal().prior.mean);
@@ -261,7 +255,7 @@ TEST(RotorModel, OneOfAnotherPlaceOfThePoseSensorIsNotUsed) {
   RotorCalibrationOptions options = WithModel(Alone(), {"m", "r_BM_x", "r_BP_x"});
   options.prior.mean[FindRotorConstant("r_BP_x")] += 0.06;
   const RotorCalibration c = CalibrateRotors(Again(), options);
-  EXPECT_THAT(c.warnings, testing::ElementsAre(HasSubstr("the model's r_BP_x of")));
+  EXPECT_THAT(c.warnings, ElementsAre(HasSubstr("the model's r_BP_x of")));
   EXPECT_DOUBLE_EQ(Find(c, "r_BP_x").value, Find(Alone(), "r_BP_x").value);
 }
 
@@ -271,10 +265,10 @@ TEST(RotorModel, EffectsThatMakeItContradictTheFlightAreLeftOut) {
   options.effects = {{"rotor_loss", {{"rotor", 0}, {"factor", 0.9}}}};
   RotorCalibrationOptions used = Nominal();
   const RotorCalibration c = CalibrateRotors(Again(), options, &used);
-  EXPECT_THAT(c.effects, testing::IsEmpty());
-  EXPECT_THAT(used.effects, testing::IsEmpty());
+  EXPECT_THAT(c.effects, IsEmpty());
+  EXPECT_THAT(used.effects, IsEmpty());
   EXPECT_EQ(used.prior.mean, options.prior.mean);
-  EXPECT_THAT(c.warnings, testing::ElementsAre(HasSubstr("the effects are not used (rotor_loss")));
+  EXPECT_THAT(c.warnings, ElementsAre(HasSubstr("the effects are not used (rotor_loss")));
   EXPECT_LT(Find(c, "m").sigma, 0.9 * Find(Alone(), "m").sigma);
 }
 

@@ -1,6 +1,4 @@
 // The result files: names, columns and keys that other programs read, written whole or not at all.
-#include <gmock/gmock.h>
-
 #include <fstream>
 #include <sstream>
 
@@ -13,7 +11,6 @@
 namespace trueline {
 namespace {
 
-using testing::HasSubstr;
 using testing::StartsWith;
 
 std::vector<std::string> LinesOf(const std::filesystem::path& path) {
@@ -145,7 +142,7 @@ TEST_F(WrittenFlight, AFailureLeavesTheOldFileWholeAndNoRubbish) {
   EXPECT_EQ(ReadText(out_ / "arcs.csv").size(), before.size());
   EXPECT_NO_THROW(YAML::LoadFile(out_ / "calibration.yaml"));
   for (const auto& entry : std::filesystem::directory_iterator(out_.directory())) {
-    EXPECT_THAT(entry.path().string(), testing::Not(HasSubstr(".tmp.")));
+    EXPECT_THAT(entry.path().string(), Not(HasSubstr(".tmp.")));
   }
 }
 
@@ -160,7 +157,7 @@ TEST_F(WrittenFlight, NoWindowsGiveFilesToo) {
   EXPECT_TRUE(node["parameters"].IsMap());
   EXPECT_EQ(node["arcs"]["count"].as<int>(), 0);
   EXPECT_EQ(LinesOf(out_ / "arcs.csv").size(), 1U);
-  EXPECT_THAT(CalibrationTable(none), testing::Not(HasSubstr("nan")));
+  EXPECT_THAT(CalibrationTable(none), Not(HasSubstr("nan")));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // A result folder changes as one: all files of a run or none, and the user's files stay.
 #include "problems/common/result_folder.h"
 
-#include <gmock/gmock.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -17,8 +16,6 @@ namespace trueline {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::ElementsAre;
-using testing::HasSubstr;
 
 std::set<std::string> NamesIn(const fs::path& folder) {
   std::set<std::string> names;
@@ -45,7 +42,7 @@ TEST_F(ResultFolders, HoldsAllFilesOfTheRunOrNone) {
     WriteFileAtomically(result.path() / "one.csv", "1");
     EXPECT_FALSE(fs::exists(out_));
   }
-  EXPECT_THAT(NamesIn(folder_.directory()), testing::IsEmpty());
+  EXPECT_THAT(NamesIn(folder_.directory()), IsEmpty());
   Run("trueline-a", {"one.csv", "two.csv"}, "1");
   EXPECT_THAT(NamesIn(out_), ElementsAre("manifest.yaml", "one.csv", "two.csv"));
   EXPECT_THAT(NamesIn(folder_.directory()), ElementsAre("out"));
@@ -192,10 +189,9 @@ class Verbs : public ::testing::Test {
 
 TEST_F(Verbs, AreExecutablesByNameAndTheFirstFolderWins) {
   const auto verbs = FindVerbs({root_ / "first", root_ / "absent", root_ / "second"});
-  EXPECT_THAT(verbs,
-              ::testing::ElementsAre(::testing::Pair("measure", root_ / "first/trueline-measure"),
-                                     ::testing::Pair("paint", root_ / "second/trueline-paint"),
-                                     ::testing::Pair("repeat", root_ / "first/trueline-repeat")));
+  EXPECT_THAT(verbs, ElementsAre(::testing::Pair("measure", root_ / "first/trueline-measure"),
+                                 ::testing::Pair("paint", root_ / "second/trueline-paint"),
+                                 ::testing::Pair("repeat", root_ / "first/trueline-repeat")));
 }
 
 TEST_F(Verbs, AreSuggestedWhenMisspelt) {

@@ -1,13 +1,9 @@
 #include "problems/common/strict_yaml.h"
 
-#include <gmock/gmock.h>
-
 #include "tests/common/test_files.h"
 
 namespace trueline {
 namespace {
-
-using ::testing::HasSubstr;
 
 YamlMap Parse(const std::string& text) { return YamlMap(YAML::Load(text), "test.yaml", ""); }
 

@@ -1,7 +1,6 @@
 // Helpers of tests for files and errors.
 #pragma once
 
-#include <gtest/gtest.h>
 #include <zlib.h>
 
 #include <cstdlib>
@@ -12,6 +11,7 @@
 #include <string>
 
 #include "problems/common/error.h"
+#include "tests/common/matchers.h"
 
 namespace trueline {
 

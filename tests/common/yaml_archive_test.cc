@@ -1,8 +1,6 @@
 // One description reads and writes: round trip, units, defaults, and errors that name the key.
 #include "problems/common/yaml_archive.h"
 
-#include <gmock/gmock.h>
-
 #include "problems/common/units.h"
 #include "tests/common/test_files.h"
 
@@ -63,8 +61,6 @@ TEST(YamlArchive, KeysLeftOutKeepTheirDefaults) {
 }
 
 TEST(YamlArchive, ErrorsNameFileLineAndKey) {
-  using testing::AllOf;
-  using testing::HasSubstr;
   EXPECT_THAT(ErrorIn("bias: [0, 0, 0]\nlength_m: 0"),
               AllOf(HasSubstr("file.yaml:2"), HasSubstr("'length_m'"), HasSubstr("found 0")));
   EXPECT_THAT(ErrorIn("angle_deg: 200"), HasSubstr("must be below 180"));

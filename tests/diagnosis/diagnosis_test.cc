@@ -1,8 +1,5 @@
 // Diagnoses of simulated flights: no cause without hidden effects, and hidden effects named with
 // their sizes.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "problems/calibration/calibration_config.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
@@ -11,13 +8,13 @@
 #include "problems/diagnosis/rules.h"
 #include "problems/diagnosis/write_diagnosis.h"
 #include "problems/effects/declaration.h"
+#include "tests/common/matchers.h"
 #include "tests/diagnosis/expect_cause.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
 namespace {
 
-using testing::HasSubstr;
 using testing_diagnosis::ExpectAsLargeAsStated;
 using testing_diagnosis::ExpectCause;
 using testing_diagnosis::Hidden;
@@ -298,7 +295,7 @@ TEST(Diagnose, SlowWarnsOfAFurtherFlightThatCannotBeDiagnosed) {
   EXPECT_TRUE(diagnosis.causes[0].repeats.empty());
   ASSERT_FALSE(diagnosis.warnings.empty());
   EXPECT_THAT(diagnosis.warnings.back(),
-              testing::HasSubstr("second: it can't be diagnosed, so it confirms nothing"));
+              HasSubstr("second: it can't be diagnosed, so it confirms nothing"));
 }
 
 // The simulator lacks this effect: the test scales the tilt of the logged attitude itself.

@@ -1,7 +1,7 @@
 // What faults of the log leave of a verdict.
 #include "problems/diagnosis/log_faults.h"
 
-#include <gmock/gmock.h>
+#include "tests/common/matchers.h"
 
 namespace trueline {
 namespace {
@@ -10,7 +10,7 @@ std::string JudgedWith(const std::string& verdict, const LogFault& fault) {
   Diagnosis diagnosis;
   diagnosis.verdict = verdict;
   AddLogFaults({fault}, &diagnosis);
-  EXPECT_THAT(diagnosis.log_faults, testing::ElementsAre(fault.text));
+  EXPECT_THAT(diagnosis.log_faults, ElementsAre(fault.text));
   return diagnosis.verdict;
 }
 
@@ -33,7 +33,7 @@ TEST(LogFaults, AFatalFaultLeavesNoEffectInTheModel) {
                &diagnosis);
   EXPECT_TRUE(diagnosis.in_model.empty());
   EXPECT_FALSE(diagnosis.open.described[0].in_model);
-  EXPECT_THAT(diagnosis.model_lacks, testing::HasSubstr("fatal"));
+  EXPECT_THAT(diagnosis.model_lacks, HasSubstr("fatal"));
 }
 
 TEST(LogFaults, AnotherFaultIsNotClean) {
@@ -69,8 +69,8 @@ TEST(LogFaults, AFurtherFlightThatIsWrongConfirmsNothing) {
   EXPECT_EQ(logs[1].directory, "c");
   ASSERT_EQ(faults.size(), 1U);
   EXPECT_EQ(faults[0].log, "a");
-  EXPECT_THAT(logs[0].warnings, testing::UnorderedElementsAre("c: stuck (biases): x",
-                                                              testing::HasSubstr("b: has a")));
+  EXPECT_THAT(logs[0].warnings,
+              UnorderedElementsAre("c: stuck (biases): x", HasSubstr("b: has a")));
 }
 
 }  // namespace

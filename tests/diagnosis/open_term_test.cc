@@ -1,9 +1,6 @@
 // The open catalogue: what its grammar makes, and forces without a name that it finds.
 #include "problems/diagnosis/open_term.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <set>
 
@@ -19,8 +16,6 @@
 
 namespace trueline {
 namespace {
-
-using testing::HasSubstr;
 
 constexpr int kPitchRate = 4, kYawRate = 5;  // of UnnamedForce::factors
 constexpr int kXB = 0, kEast = 4;            // of its axes

@@ -1,11 +1,10 @@
 // Whole diagnoses of simulated rotor-driven flights, to their files.
-#include <gmock/gmock.h>
-
 #include "problems/calibration/calibration_config.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/common/error.h"
 #include "problems/diagnosis/rotor_flight.h"
 #include "problems/diagnosis/write_diagnosis.h"
+#include "tests/common/matchers.h"
 #include "tests/diagnosis/expect_cause.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
@@ -59,8 +58,7 @@ TEST(DiagnoseRotors, AModelThatTheFlightContradictsIsNotUsed) {
   options.calibration.prior.mean[kMassConstant] = 0.21;
   options.calibration.prior.sigma[kMassConstant] = 0.0005;
   const Diagnosis diagnosis = Diagnose({FlyRotorsHiding({}, 10.0, 5)}, options);
-  EXPECT_THAT(diagnosis.warnings,
-              testing::ElementsAre(testing::HasSubstr("the model's m of 0.21 +- 0.0005 kg")));
+  EXPECT_THAT(diagnosis.warnings, ElementsAre(HasSubstr("the model's m of 0.21 +- 0.0005 kg")));
   EXPECT_EQ(diagnosis.verdict, "clean");
 }
 
@@ -200,8 +198,8 @@ TEST(DiagnoseRotors, SlowWhatNoVehicleHasIsUnexplained) {
       Diagnose({FlyRotorsHiding({{"translational_lift", {{"k", 1.6}}}}, 8.0, 14)}, RotorOptions());
   EXPECT_EQ(diagnosis.verdict, "unexplained");
   EXPECT_THAT(diagnosis.unexplained_by,
-              testing::Contains(testing::HasSubstr("translational_lift, of a size or sign")));
-  EXPECT_THAT(diagnosis.causes, testing::IsEmpty());
+              Contains(HasSubstr("translational_lift, of a size or sign")));
+  EXPECT_THAT(diagnosis.causes, IsEmpty());
 }
 
 // A compass error that depends on the heading; no effect of the catalogue does.
@@ -214,7 +212,7 @@ TEST(DiagnoseRotors, SlowDescribesAHeadingThatIsReadWrong) {
   }
   const Diagnosis diagnosis = Diagnose({log}, RotorOptions());
   EXPECT_EQ(diagnosis.verdict, "unexplained");
-  EXPECT_THAT(diagnosis.unexplained_by, testing::Contains("heading, as the attitude is read"));
+  EXPECT_THAT(diagnosis.unexplained_by, Contains("heading, as the attitude is read"));
 }
 
 // On further flights: a moment that repeats, and a load that is picked up once.
@@ -233,7 +231,7 @@ TEST(DiagnoseRotors, SlowCountsWhatRepeats) {
   }
   const Diagnosis once = Diagnose(
       {FlyRotorsHiding({moment}, 12.0, 10), FlyRotorsHiding({}, 12.0, 11)}, RotorOptions(false));
-  EXPECT_THAT(once.causes, testing::IsEmpty());  // the other flight's evidence outweighs the first
+  EXPECT_THAT(once.causes, IsEmpty());  // the other flight's evidence outweighs the first
   ASSERT_FALSE(once.set_aside.empty());
   EXPECT_EQ(once.set_aside[0].candidate.id(), "air_moment");
   EXPECT_EQ(once.set_aside[0].repeats.at(0).outcome, "not shown");

@@ -1,18 +1,12 @@
 // What a diagnosis may say of causes with given evidence.
 #include "problems/diagnosis/rules.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/linearisation.h"
+#include "tests/common/matchers.h"
 
 namespace trueline {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 Gain GainOf(double before, double after, double low, double high) {
   return Gain{20, before, after, low, high};

@@ -1,16 +1,11 @@
 // Calibrations of simulated flights are told of a wind that their model lacks.
 #include "problems/diagnosis/unmodelled_wind.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
+#include "tests/common/matchers.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
 namespace {
-
-using testing::Contains;
-using testing::HasSubstr;
 
 FlightLog FlyInWind(const std::string& course, double w_x, double w_y) {
   SimulationConfig config = testing_simulation::ReadShipped(course);
@@ -57,8 +52,8 @@ TEST(UnmodelledWind, SlowConstantsThatItMovesMakeTheVerdictPoor) {
   EXPECT_EQ(judged.before, "usable");
   EXPECT_EQ(judged.calibration.verdict.word, "poor");
   EXPECT_THAT(judged.calibration.verdict.reasons,
-              Contains(testing::AllOf(HasSubstr("shows a wind of"), HasSubstr("theta_I_B would be"),
-                                      HasSubstr("--model=RESULT/model.yaml takes it"))));
+              Contains(AllOf(HasSubstr("shows a wind of"), HasSubstr("theta_I_B would be"),
+                             HasSubstr("--model=RESULT/model.yaml takes it"))));
 }
 
 TEST(UnmodelledWind, SlowItsSizeAndTheConstantsWithItAreThoseOfTheFlight) {
@@ -88,8 +83,8 @@ TEST(UnmodelledWind, SlowOneThatMovesNoConstantIsAWarning) {
   const Judged judged = CalibrateAndAsk(FlyInWind("iros2016", 1.0, -0.6));
   EXPECT_EQ(judged.calibration.verdict.word, judged.before);
   EXPECT_THAT(judged.calibration.warnings,
-              Contains(testing::AllOf(HasSubstr("shows a wind of"),
-                                      HasSubstr("no constant would move by more than 2"))));
+              Contains(AllOf(HasSubstr("shows a wind of"),
+                             HasSubstr("no constant would move by more than 2"))));
 }
 
 // The filter's model takes no wind.

@@ -1,20 +1,16 @@
 // What mocap says of a cause: it shows the size that is hidden, and refutes one that is not there.
 #include "problems/diagnosis/witness.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "problems/diagnosis/agreement.h"
 #include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/rules.h"
+#include "tests/common/matchers.h"
 #include "tests/simulation/short_flight.h"
 #include "tests/vgd/tilt_noise.h"
 
 namespace trueline {
 namespace {
-
-using testing::HasSubstr;
 
 struct Stated {
   std::string id;

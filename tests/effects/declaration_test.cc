@@ -1,18 +1,14 @@
 // Effects are declared once; the simulator has physics of its own for each of them.
 #include "problems/effects/declaration.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <set>
 
 #include "problems/common/error.h"
 #include "problems/simulation/effects.h"
+#include "tests/common/matchers.h"
 
 namespace trueline {
 namespace {
-
-using testing::HasSubstr;
 
 std::string EntryOf(const EffectInfo& info, const std::string& misspelt = "") {
   std::string entry = "effects: [{id: " + info.id;
@@ -84,7 +80,7 @@ TEST_P(Declared, DrawnSizesAreThoseOfParameters) {
   for (const EffectInfo& info : DeclaredEffects(GetParam())) {
     const std::vector<std::string> names = info.ParameterNames();
     for (const DrawnSize& size : info.drawn) {
-      EXPECT_THAT(names, testing::Contains(size.name)) << info.id;
+      EXPECT_THAT(names, Contains(size.name)) << info.id;
       EXPECT_GE(size.high, size.low) << info.id;
     }
     for (const EffectParameterInfo& parameter : info.parameters) {

@@ -12,8 +12,6 @@
 namespace trueline {
 namespace {
 
-using testing::HasSubstr;
-
 const std::vector<std::string>& AllSymbols() {
   static const std::vector<std::string> symbols = {"v_x",
                                                    "v_y*v_y",

@@ -1,16 +1,11 @@
 // Experiments: what is wrong is refused with file, line and remedy; sweeps and overrides reach the
 // flights and estimators.
-#include <gmock/gmock.h>
-
 #include "problems/common/error.h"
 #include "tests/common/test_files.h"
 #include "tests/experiment/short_experiment.h"
 
 namespace trueline::testing_benchmark {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 const std::string kVgd = "estimators:\n  - {name: vgd}\n";
 

@@ -2,8 +2,6 @@
 // the batch reaches the Cramer-Rao bound if the model is exact.
 #include "problems/experiment/rotor_experiment.h"
 
-#include <gmock/gmock.h>
-
 #include <algorithm>
 #include <fstream>
 #include <set>
@@ -14,13 +12,12 @@
 #include "problems/result/render.h"
 #include "problems/trajectory/trajectory_config.h"
 #include "tests/common/bands.h"
+#include "tests/common/matchers.h"
 
 namespace trueline {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 fs::path Shipped(const std::string& name) {
   return fs::path(TRUELINE_TEST_SOURCE_DIR) / "config/experiments" / (name + ".yaml");

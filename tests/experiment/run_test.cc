@@ -1,6 +1,4 @@
 // Runs: the same bytes for any number of threads and after a kill; failures stay with their flight.
-#include <gmock/gmock.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -13,12 +11,11 @@
 #include "problems/log/native_log.h"
 #include "problems/prediction/prediction_experiment.h"
 #include "problems/simulation/simulate.h"
+#include "tests/common/matchers.h"
 #include "tests/experiment/short_experiment.h"
 
 namespace trueline::testing_benchmark {
 namespace {
-
-using ::testing::HasSubstr;
 
 std::string ThreeFlights() {
   return Hippodrome() +

@@ -1,6 +1,4 @@
 // Intervals and convergence times against known answers.
-#include <gmock/gmock.h>
-
 #include <cmath>
 
 #include "problems/common/random.h"
@@ -9,6 +7,7 @@
 #include "problems/simulation/config.h"
 #include "problems/simulation/simulate.h"
 #include "problems/vgd/vgd.h"
+#include "tests/common/matchers.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {

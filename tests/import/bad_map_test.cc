@@ -1,14 +1,9 @@
 // Errors in maps and foreign files name the place and the remedy.
-#include <gmock/gmock.h>
-
 #include "problems/import/import_map.h"
 #include "tests/import/import_files.h"
 
 namespace trueline {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 constexpr char kMap[] =
     "inputs:\n"
@@ -116,7 +111,7 @@ TEST(BadMap, NoSuchFile) {
 TEST(BadCsv, CutOffLastLineIsDropped) {
   const FlightLog log = ImportFiles().Convert(kMap, std::string(kCsv) + "4,0,0");
   EXPECT_EQ(log.imu.size(), 3U);
-  EXPECT_THAT(log.warnings, testing::ElementsAre(HasSubstr("log.csv:5: the last line is cut off")));
+  EXPECT_THAT(log.warnings, ElementsAre(HasSubstr("log.csv:5: the last line is cut off")));
 }
 
 TEST(BadCsv, SigmaThatIsNotPositive) {
@@ -132,7 +127,7 @@ TEST(BadCsv, SigmaThatIsNotPositive) {
   const FlightLog log = ImportFiles().Convert(fixes(", skip_missing: true"), csv);
   EXPECT_EQ(log.fixes.size(), 2U);
   EXPECT_EQ(log.imu.size(), 3U);
-  EXPECT_THAT(log.warnings, testing::ElementsAre("fixes: rows left out: 1 with missing values"));
+  EXPECT_THAT(log.warnings, ElementsAre("fixes: rows left out: 1 with missing values"));
 }
 
 TEST(BadCsv, Empty) {

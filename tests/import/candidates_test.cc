@@ -1,6 +1,5 @@
 // Which channel a stream is read from, where a log has several that would fit.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 
 #include "problems/log/native_log.h"
 #include "tests/import/import_files.h"
@@ -8,11 +7,6 @@
 
 namespace trueline {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 constexpr char kImuType[] = "sensor_msgs/Imu";
 constexpr char kPoseType[] = "geometry_msgs/PoseStamped";

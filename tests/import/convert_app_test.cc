@@ -1,5 +1,4 @@
 // trueline-convert as a user runs it: exit codes, table, silence.
-#include <gmock/gmock.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
@@ -10,10 +9,6 @@
 
 namespace trueline {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 struct Outcome {
   int exit_code;

@@ -1,17 +1,12 @@
 // Each part of a column map on a few lines of CSV, with expected values worked out by hand.
 #include "problems/import/convert.h"
 
-#include <gmock/gmock.h>
-
 #include <cmath>
 
 #include "tests/import/import_files.h"
 
 namespace trueline {
 namespace {
-
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 constexpr char kHeader[] = "t,ax,ay,az,gx,gy,gz,px,py,pz,qw,qx,qy,qz,held,bat\n";
 constexpr char kRows[] =

@@ -1,7 +1,6 @@
 // Tables as the usual converters write them convert without a map, with the values that were
 // logged.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 
 #include <cmath>
 
@@ -12,9 +11,6 @@
 
 namespace trueline {
 namespace {
-
-using ::testing::Contains;
-using ::testing::HasSubstr;
 
 constexpr int kTableRows = 60;
 

@@ -1,6 +1,5 @@
 // What the first lines of a CSV file of unknown origin show.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 
 #include "problems/import/channel_row.h"
 #include "problems/import/find_map.h"
@@ -10,9 +9,6 @@
 
 namespace trueline {
 namespace {
-
-using testing::HasSubstr;
-using testing::Not;
 
 class CsvLayoutOf : public testing::Test {
  protected:

@@ -1,6 +1,4 @@
 // The maps of config/import on the measured flights: the converted logs obey physics.
-#include <gmock/gmock.h>
-
 #include <algorithm>
 #include <array>
 #include <set>

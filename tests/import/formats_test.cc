@@ -1,5 +1,4 @@
 // Readers of binary formats on files of a few bytes, written here from the specifications.
-#include <gmock/gmock.h>
 #include <sqlite3.h>
 
 #include <cstring>
@@ -14,8 +13,6 @@ namespace trueline {
 namespace {
 
 using ::testing::DoubleEq;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 const Channel& ChannelOf(const Recording& recording, const std::string& label) {
   for (const Channel& channel : recording.channels()) {
@@ -178,7 +175,7 @@ TEST_F(ULog, LeavesOutMalformedDefinitions) {
   text.replace(text.find("int16_t v"), 9, "int16_t*v");
   const auto log = Open(text);
   EXPECT_TRUE(log->channels().empty());
-  EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr("never announced")));
+  EXPECT_THAT(log->warnings(), Contains(HasSubstr("never announced")));
 }
 
 constexpr char kSensorCombined[] =
@@ -228,22 +225,21 @@ TEST_F(ULog, OutputsAreDshotWhereTheParameterSaysSo) {
   const FlightLog log = ConvertPx4(ULogOfOutputs(600, {0.0F, 110.0F, 999.5F, 1999.0F}));
   EXPECT_THAT(FirstMotor(log),
               ElementsAre(0.0, DoubleEq(110.0 / 1999.0), DoubleEq(0.5), DoubleEq(1.0)));
-  EXPECT_THAT(log.warnings, testing::Not(testing::Contains(HasSubstr("PWM"))));
+  EXPECT_THAT(log.warnings, Not(Contains(HasSubstr("PWM"))));
 }
 
 TEST_F(ULog, OutputsArePwmOtherwise) {
   const FlightLog log = ConvertPx4(ULogOfOutputs(0, {900.0F, 1250.0F, 2000.0F}));
   EXPECT_THAT(FirstMotor(log), ElementsAre(DoubleEq(-0.1), DoubleEq(0.25), DoubleEq(1.0)));
-  EXPECT_THAT(log.warnings, testing::Not(testing::Contains(HasSubstr("PWM"))));
+  EXPECT_THAT(log.warnings, Not(Contains(HasSubstr("PWM"))));
 }
 
 TEST_F(ULog, OutputsThatMayBeNoPwmAreSaid) {
   // A log that starts in flight, or PWM beside DShot.
   EXPECT_THAT(ConvertPx4(ULogOfOutputs(600, {1000.0F, 1200.0F})).warnings,
-              testing::Contains(
-                  testing::AllOf(HasSubstr("the first output is 1000"), HasSubstr("1 / 1999"))));
+              Contains(AllOf(HasSubstr("the first output is 1000"), HasSubstr("1 / 1999"))));
   EXPECT_THAT(ConvertPx4(ULogOfOutputs(0, {1000.0F, 150.0F, 4000.0F})).warnings,
-              testing::Contains(HasSubstr("2 of 3 messages hold values that are no PWM pulses")));
+              Contains(HasSubstr("2 of 3 messages hold values that are no PWM pulses")));
 }
 
 // --- ROS messages
@@ -711,7 +707,7 @@ TEST_F(Blackbox, TimesGoOnWhereTheClockWraps) {
   EXPECT_THAT(TimesOf(RowsOf(log, "gps")),
               ElementsAre(kBeforeWrapNs + 2 * kMs + kMs / 10, kBeforeWrapNs + 3 * kMs + kMs / 10));
   EXPECT_EQ(ChannelOf(*log, "main").last, kBeforeWrapNs + 5 * kMs);
-  EXPECT_THAT(log->warnings(), testing::IsEmpty());
+  EXPECT_THAT(log->warnings(), IsEmpty());
 }
 
 // The clock wrapped in a pause of minutes. The first frame after it may be damage and is left out.
@@ -734,7 +730,7 @@ TEST_F(Blackbox, EventsOfNewerFirmwareAreNoDamage) {
   const auto log = Open(kBlackboxHeader + BlackboxIntra(0, 1000) + failure +
                         BlackboxIntra(4, 5000) + end + "I am no frame");
   EXPECT_THAT(TimesOf(RowsOf(log, "main")), ElementsAre(1 * kMs, 5 * kMs));
-  EXPECT_THAT(log->warnings(), testing::IsEmpty());
+  EXPECT_THAT(log->warnings(), IsEmpty());
 }
 
 // Coordinates are differences to the home position, which an H frame states.
@@ -807,7 +803,7 @@ TEST_F(KilledRecorder, RowsOfTheWriteAheadLogAreRead) {
   for (const std::filesystem::path& path : {Bag(), Bag().parent_path()}) {
     const auto log = OpenRecording(path);
     EXPECT_THAT(TimesOf(RowsOf(log, "/x")), ElementsAre(10, 20, 30));
-    EXPECT_THAT(log->warnings(), testing::IsEmpty());
+    EXPECT_THAT(log->warnings(), IsEmpty());
   }
   EXPECT_EQ(Files(), before);  // the user's files stay, and none appears beside them
 }
@@ -817,8 +813,8 @@ TEST_F(KilledRecorder, AWriteAheadLogThatCantBeReadIsSaid) {
   const auto log = OpenRecording(Bag());
   EXPECT_THAT(TimesOf(RowsOf(log, "/x")), ElementsAre(10));
   EXPECT_THAT(log->warnings(),
-              ElementsAre(testing::AllOf(HasSubstr("bag.db3-wal, the write-ahead log of bag.db3"),
-                                         HasSubstr("wal_checkpoint"))));
+              ElementsAre(AllOf(HasSubstr("bag.db3-wal, the write-ahead log of bag.db3"),
+                                HasSubstr("wal_checkpoint"))));
 }
 
 TEST_F(KilledRecorder, ABagWithoutItsWriteAheadLogIsReadAlone) {
@@ -893,9 +889,9 @@ TEST_F(Restarts, TheLongestPartIsKeptInAllStreams) {
   EXPECT_EQ(converted.battery[0].value, 12.0);
   EXPECT_THAT(
       converted.warnings,
-      ElementsAre(testing::AllOf(
-          HasSubstr("the clock of 'imu' steps back once, at first from 14.700 s to 8.300 s"),
-          HasSubstr("and 52 rows of the others are left out"))));
+      ElementsAre(
+          AllOf(HasSubstr("the clock of 'imu' steps back once, at first from 14.700 s to 8.300 s"),
+                HasSubstr("and 52 rows of the others are left out"))));
 }
 
 TEST_F(Restarts, SingleStampsAndSmallDisorderAreNone) {
@@ -908,7 +904,7 @@ TEST_F(Restarts, SingleStampsAndSmallDisorderAreNone) {
   }
   const FlightLog converted = ConvertWith(kFlashMap, log);
   EXPECT_EQ(converted.imu.size(), 102U);
-  EXPECT_THAT(converted.warnings, testing::Not(testing::Contains(HasSubstr("steps back"))));
+  EXPECT_THAT(converted.warnings, Not(Contains(HasSubstr("steps back"))));
 }
 
 // Chunks may be written in another order than that of time.
@@ -941,20 +937,18 @@ TEST_F(DamagedValues, FewAreLeftOutAndManyRefused) {
   const float none = std::nanf(""), huge = 1e38F;
   const FlightLog lacks = ConvertWith(kFlashMap, log(1, none));
   EXPECT_EQ(lacks.imu.size(), 299U);
-  EXPECT_THAT(lacks.warnings,
-              testing::Contains(testing::AllOf(HasSubstr("1 with missing values (the first: "),
-                                               HasSubstr("log.bin: IMU at 10.07"))));
+  EXPECT_THAT(lacks.warnings, Contains(AllOf(HasSubstr("1 with missing values (the first: "),
+                                             HasSubstr("log.bin: IMU at 10.07"))));
   const FlightLog beyond = ConvertWith(kFlashMap, log(2, huge));
   EXPECT_EQ(beyond.imu.size(), 298U);
-  EXPECT_THAT(beyond.warnings,
-              testing::Contains(testing::AllOf(HasSubstr("2 with impossible values (the first: "),
-                                               HasSubstr("beyond anything that flies"))));
+  EXPECT_THAT(beyond.warnings, Contains(AllOf(HasSubstr("2 with impossible values (the first: "),
+                                              HasSubstr("beyond anything that flies"))));
   EXPECT_THAT(ErrorOf([&] { ConvertWith(kFlashMap, log(9, none)); }),
-              testing::AllOf(HasSubstr("log.bin: IMU at 10.07"), HasSubstr("9 of 300 rows"),
-                             HasSubstr("skip_missing: true")));
+              AllOf(HasSubstr("log.bin: IMU at 10.07"), HasSubstr("9 of 300 rows"),
+                    HasSubstr("skip_missing: true")));
   EXPECT_THAT(ErrorOf([&] { ConvertWith(kFlashMap, log(9, huge) + "noise"); }),
-              testing::AllOf(HasSubstr("the map's 'unit' or 'scale' is wrong"),
-                             HasSubstr("besides, "), HasSubstr("are no records")));
+              AllOf(HasSubstr("the map's 'unit' or 'scale' is wrong"), HasSubstr("besides, "),
+                    HasSubstr("are no records")));
 }
 
 // --- Recognition
@@ -997,11 +991,11 @@ TEST_F(Formats, TrajectoriesMustBePlausible) {
         {"1 0 0 5 0 1 0 5 0 0 -1 5\n", "line 1 has columns"}}) {
     const auto log = Open(text);
     EXPECT_STREQ(log->format().key, "csv") << text;
-    EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr(why))) << text;
-    EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr("hold is not known"))) << text;
+    EXPECT_THAT(log->warnings(), Contains(HasSubstr(why))) << text;
+    EXPECT_THAT(log->warnings(), Contains(HasSubstr("hold is not known"))) << text;
   }
   EXPECT_THAT(Refusal("1 0 0 5 0 0 -1 5 0 1 0 5\n"), HasSubstr("KITTI poses"));
-  EXPECT_THAT(Open("1 2 3\n2 3 4\n")->warnings(), testing::IsEmpty());
+  EXPECT_THAT(Open("1 2 3\n2 3 4\n")->warnings(), IsEmpty());
 }
 
 // One damaged row in a long trajectory does not make it another format.

@@ -1,6 +1,5 @@
 // The map that is proposed for a CSV file of unknown columns: each converts as it is.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,8 +12,6 @@
 
 namespace trueline {
 namespace {
-
-using ::testing::HasSubstr;
 
 class Proposal : public testing::Test {
  protected:
@@ -168,7 +165,7 @@ TEST_F(Proposal, ALogWithoutNumbersNamesNoFields) {
                                      McapRecord(15, "1234"));
   const std::string why = WhyNoMapFits(OpenRecording(file).get());
   EXPECT_THAT(why, HasSubstr("none of its messages has a number that can be read"));
-  EXPECT_THAT(why, testing::Not(HasSubstr("its fields are")));
+  EXPECT_THAT(why, Not(HasSubstr("its fields are")));
 }
 
 TEST_F(Proposal, WhatIsMeasuredCountsBeforeSetpointsAndEstimates) {
@@ -345,7 +342,7 @@ TEST_F(Proposal, ARestartIsCutOff) {
   const FlightLog log = ConvertLog(
       ReadImportMap(files_.Write("map.yaml", ProposeMap(OpenRecording(file).get()))), {file}, {});
   EXPECT_EQ(log.imu.size(), 1000U);
-  EXPECT_THAT(log.warnings, testing::Contains(HasSubstr("as after a restart")));
+  EXPECT_THAT(log.warnings, Contains(HasSubstr("as after a restart")));
 }
 
 // The error is about the IMU that is missing, not about the map's syntax.

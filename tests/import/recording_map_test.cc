@@ -1,7 +1,5 @@
 // Maps of recordings: channels, alternatives, times, geodetic positions; what a log without a map
 // gets. The recordings are ASL folders, which are text.
-#include <gmock/gmock.h>
-
 #include <cmath>
 
 #include "problems/import/channel_row.h"
@@ -12,9 +10,6 @@
 
 namespace trueline {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 class RecordingMap : public testing::Test {
  protected:
@@ -61,8 +56,8 @@ TEST_F(RecordingMap, ReadsChannelsByName) {
   EXPECT_EQ(log.imu[0].t, 1'700'000'000'000'000'010);
   EXPECT_EQ(log.imu[0].gyro.x(), 2.0);
   EXPECT_EQ(log.imu[1].t, 1'700'000'000'000'000'030);
-  EXPECT_THAT(log.warnings, testing::Contains(AllOf(HasSubstr("1 that repeat the one before"),
-                                                    HasSubstr("1 with missing values"))));
+  EXPECT_THAT(log.warnings, Contains(AllOf(HasSubstr("1 that repeat the one before"),
+                                           HasSubstr("1 with missing values"))));
   EXPECT_EQ(log.source.at("file"), "log");
 }
 
@@ -113,7 +108,7 @@ TEST_F(RecordingMap, AWrongFirstFixSetsNoOrigin) {
   ASSERT_EQ(log.fixes.size(), 38U);
   EXPECT_LT(log.fixes[0].p_E.norm(), 1e-6);
   EXPECT_LT(log.fixes[37].p_E.norm(), 30.0);
-  EXPECT_THAT(log.warnings, testing::Contains(HasSubstr("2 more than 10 km from the others")));
+  EXPECT_THAT(log.warnings, Contains(HasSubstr("2 more than 10 km from the others")));
 }
 
 // Against the radii of curvature of WGS 84 at 45 deg north.
@@ -141,7 +136,7 @@ TEST_F(RecordingMap, RulesMayBeOfColumnsThatTheLogLacks) {
               "[frame], range: [0, 1], else: none}, {columns: [h], range: [99000, 200000], else: "
               "are low}]}\n");
   EXPECT_EQ(log.fixes.size(), 5U);
-  EXPECT_THAT(log.warnings, testing::Contains("fixes: 2 rows are low"));
+  EXPECT_THAT(log.warnings, Contains("fixes: 2 rows are low"));
   EXPECT_THAT(Error(kImu + fixes + "accept: [{columns: [frame], range: [0, 1]}]}\n"),
               HasSubstr("there is no field 'frame'"));
 }
@@ -158,8 +153,7 @@ TEST_F(RecordingMap, SaysWhatIsMissing) {
               HasSubstr("give either 'channel' or 'type'"));
   const FlightLog log =
       Convert(std::string(kImu) + "  battery: {channel: power, column: volt, optional: true}\n");
-  EXPECT_THAT(log.warnings,
-              testing::Contains(HasSubstr("which would be read, too: battery (power)")));
+  EXPECT_THAT(log.warnings, Contains(HasSubstr("which would be read, too: battery (power)")));
 }
 
 TEST_F(RecordingMap, RefusesAnotherFormat) {
@@ -209,7 +203,7 @@ TEST_F(RecordingMap, UnusableLogsAreToldFromBadInput) {
   log.mocap.push_back({0, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity()});
   EXPECT_TRUE(Shortcomings(log, "f").empty());
   for (ImuSample& sample : log.imu) sample.accel = {9.81, 0, 0};
-  EXPECT_THAT(Shortcomings(log, "f"), testing::ElementsAre(HasSubstr("90 deg off the body's -z")));
+  EXPECT_THAT(Shortcomings(log, "f"), ElementsAre(HasSubstr("90 deg off the body's -z")));
   for (ImuSample& sample : log.imu) sample.t *= 10;
   EXPECT_THROW(Shortcomings(log, "f"), NoUsableLog);  // 10 Hz
 }

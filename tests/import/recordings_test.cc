@@ -1,7 +1,5 @@
 // Logs of the formats of the field, as others wrote them: counts and stamps equal those of readers
 // that share no code with this project, and the maps that ship convert them.
-#include <gmock/gmock.h>
-
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -14,8 +12,6 @@
 
 namespace trueline {
 namespace {
-
-using ::testing::HasSubstr;
 
 std::filesystem::path Logs() { return DataFolder() / "../logs"; }
 
@@ -149,10 +145,10 @@ TEST(Recordings, DamageIsSaidWithItsPlace) {
   EXPECT_THAT(lost->warnings()[0], HasSubstr("no record at byte 1178047"));
   EXPECT_THAT(lost->warnings()[1], HasSubstr("no record at byte 3473065"));
   const auto zeros = OpenRecording(Logs() / "ulog/corrupt_zero_tail.ulg");
-  EXPECT_THAT(zeros->warnings(), testing::ElementsAre(HasSubstr("byte 751530: 710999 bytes, to the "
-                                                                "end, are empty or damaged")));
+  EXPECT_THAT(zeros->warnings(), ElementsAre(HasSubstr("byte 751530: 710999 bytes, to the "
+                                                       "end, are empty or damaged")));
   const auto open = OpenRecording(Logs() / "mcap/nanobench_trefoil_unfinished.mcap");
-  EXPECT_THAT(open->warnings(), testing::ElementsAre(HasSubstr("was never closed")));
+  EXPECT_THAT(open->warnings(), ElementsAre(HasSubstr("was never closed")));
 }
 
 // A recorder that was killed leaves no index; the open chunk of the uncompressed bag can be read.
@@ -250,7 +246,7 @@ TEST(Recordings, BlackboxSessionsAndDamage) {
   EXPECT_EQ(count(*indi, "main"), 4192U);
   const auto damaged = OpenRecording(Logs() / "betaflight/error_recovery.bbl");
   EXPECT_EQ(count(*damaged, "main"), 2U);
-  EXPECT_THAT(damaged->warnings(), testing::ElementsAre(HasSubstr("5 main frames are left out")));
+  EXPECT_THAT(damaged->warnings(), ElementsAre(HasSubstr("5 main frames are left out")));
 }
 
 // Every message of the usual packages, in both storages, decodes to its end.

@@ -1,7 +1,6 @@
 // Counters that wrap, samples that share a stamp, and files as people pack them.
 #include <bzlib.h>
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 #include <lzma.h>
 #include <zlib.h>
 #include <zstd.h>
@@ -12,9 +11,6 @@
 
 namespace trueline {
 namespace {
-
-using ::testing::Contains;
-using ::testing::HasSubstr;
 
 constexpr char kStampsMap[] =
     "inputs: {log: {time: {column: t, unit: us}}}\n"

@@ -2,8 +2,6 @@
 // shifted and cut.
 #include "problems/inspection/first_look.h"
 
-#include <gmock/gmock.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -17,10 +15,6 @@
 
 namespace trueline {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 const FlightLog& Hippodrome() {
   static const FlightLog log = testing_simulation::LogOf("hippodrome", 30.0, 5);
@@ -60,8 +54,8 @@ TEST(FirstLook, FindsPositionsInMillimetres) {
   for (PoseSample& pose : log.mocap) pose.p_E *= 1e3;
   for (Fix& fix : log.fixes) fix.p_E *= 1e3;
   const auto findings = FirstLook(log);
-  EXPECT_THAT(findings, testing::Each(testing::StartsWith("position_scale (fatal)")));
-  EXPECT_THAT(findings, testing::SizeIs(2));
+  EXPECT_THAT(findings, Each(StartsWith("position_scale (fatal)")));
+  EXPECT_THAT(findings, SizeIs(2));
   const Inspection inspection = Inspect(log, {});
   EXPECT_NEAR(inspection.repairs.streams.at("mocap").position_scale, 1e-3, 5e-5);
 }
@@ -73,8 +67,8 @@ TEST(FirstLook, MocapOfAnotherFlightIsNoClock) {
   config.duration = 30.0;
   for (auto& point : config.course.points) point.speed *= 1.25, point.turn_speed *= 1.25;
   log.mocap = testing_simulation::Fly(config, 6).log.mocap;
-  EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("rates_disagree (fatal)")));
-  EXPECT_THAT(FirstLook(log), testing::Not(testing::Contains(HasSubstr("clock_offset"))));
+  EXPECT_THAT(FirstLook(log), Contains(HasSubstr("rates_disagree (fatal)")));
+  EXPECT_THAT(FirstLook(log), Not(Contains(HasSubstr("clock_offset"))));
 }
 
 // About the middle of the flight, where the clocks agree.
@@ -89,9 +83,8 @@ TEST(FirstLook, FindsAClockThatDriftsFar) {
     FlightLog log = Hippodrome();
     Drift(drift, &log.mocap);
     EXPECT_THAT(FirstLook(log),
-                testing::Contains(
-                    testing::AllOf(HasSubstr("clock_drift"), HasSubstr("the clock of mocap.csv"),
-                                   HasSubstr(drift > 0.0 ? "a minute faster" : "a minute slower"))))
+                Contains(AllOf(HasSubstr("clock_drift"), HasSubstr("the clock of mocap.csv"),
+                               HasSubstr(drift > 0.0 ? "a minute faster" : "a minute slower"))))
         << drift;
   }
 }
@@ -105,18 +98,17 @@ TEST(FirstLook, FindsFixesThatDriftFar) {
   }
   EXPECT_THAT(FirstLook(log), IsEmpty());
   Drift(6e-3, &log.fixes);
-  EXPECT_THAT(FirstLook(log),
-              testing::Contains(testing::AllOf(HasSubstr("the clock of fixes.csv"),
-                                               HasSubstr("faster than that of mocap"))));
+  EXPECT_THAT(FirstLook(log), Contains(AllOf(HasSubstr("the clock of fixes.csv"),
+                                             HasSubstr("faster than that of mocap"))));
 }
 
 TEST(FirstLook, AlignedMocapThatDriftsIsSaid) {
   FlightLog log = Hippodrome();
-  EXPECT_THAT(AlignMocap(false, &log), testing::Not(HasSubstr("drifts")));
+  EXPECT_THAT(AlignMocap(false, &log), Not(HasSubstr("drifts")));
   log = Hippodrome();
   Drift(4e-3, &log.mocap);
   EXPECT_THAT(AlignMocap(false, &log),
-              testing::AllOf(HasSubstr("mocap: its clock drifts by +"), HasSubstr("multiply")));
+              AllOf(HasSubstr("mocap: its clock drifts by +"), HasSubstr("multiply")));
 }
 
 TEST(FirstLook, FindsALateAttitude) {
@@ -152,7 +144,7 @@ TEST(FirstLook, FindsStreamsOfTooLittleOfTheFlight) {
   };
   cut(20.0, &log.mocap);
   cut(25.0, &log.attitude);
-  EXPECT_THAT(FirstLook(log), testing::Not(testing::Contains(HasSubstr("cover ("))));
+  EXPECT_THAT(FirstLook(log), Not(Contains(HasSubstr("cover ("))));
   cut(12.0, &log.mocap);
   cut(20.0, &log.attitude);
   EXPECT_THAT(FirstLook(log), testing::IsSupersetOf({HasSubstr("cover (widens): attitude.csv"),
@@ -232,7 +224,7 @@ TEST(FirstLook, OfALongFlightItInspectsAPart) {
   Shift(0.45, &log.attitude);
   EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("attitude.csv come 0.4")));
   log.attitude.clear();
-  EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("attitude.csv is missing")));
+  EXPECT_THAT(FirstLook(log), Contains(HasSubstr("attitude.csv is missing")));
 }
 
 TEST(FirstLook, FindsThatGravityIsTakenOut) {
@@ -242,7 +234,7 @@ TEST(FirstLook, FindsThatGravityIsTakenOut) {
     while (k + 1 < log.attitude.size() && log.attitude[k + 1].t <= sample.t) ++k;
     sample.accel += log.attitude[k].q_Ep_I.conjugate() * Eigen::Vector3d(0.0, 0.0, log.gravity);
   }
-  EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("gravity is taken out")));
+  EXPECT_THAT(FirstLook(log), Contains(HasSubstr("gravity is taken out")));
 }
 
 TEST(FirstLook, FindsARotorThatIsNotMeasured) {
@@ -251,13 +243,13 @@ TEST(FirstLook, FindsARotorThatIsNotMeasured) {
     const double wave = std::sin(3.0 * ToSeconds(sample.t));
     log.rotors.push_back({sample.t, {500.0 + wave, 0.0, 510.0 - wave, 505.0 + wave}});
   }
-  EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("rotor 2 stays at 0")));
+  EXPECT_THAT(FirstLook(log), Contains(HasSubstr("rotor 2 stays at 0")));
 }
 
 TEST(FirstLook, FindsAGyroscopeInDegrees) {
   FlightLog log = Hippodrome();
   for (ImuSample& sample : log.imu) sample.gyro /= kDegree;
-  EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("gyro_scale")));
+  EXPECT_THAT(FirstLook(log), Contains(HasSubstr("gyro_scale")));
 }
 
 }  // namespace

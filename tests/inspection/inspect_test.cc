@@ -1,7 +1,5 @@
 // Faults put into a simulated flight: each is named on its stream, and the corrected map gives the
 // good log back.
-#include <gmock/gmock.h>
-
 #include <fstream>
 #include <functional>
 #include <random>
@@ -20,14 +18,6 @@
 
 namespace trueline {
 namespace {
-
-using testing::AllOf;
-using testing::Contains;
-using testing::Each;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
 
 const FlightLog& GoodLog() {
   static const FlightLog log = testing_simulation::LogOf("hippodrome", 40.0, 5);
@@ -214,7 +204,7 @@ TEST(Inspect, AHelixAndASlowFigureAccuseNobody) {
         "0]"}) {
     EXPECT_THAT(Harmful(Inspect(LaboratoryLog(path, 0.0), {})), IsEmpty()) << path;
     EXPECT_THAT(Harmful(Inspect(LaboratoryLog(path, 0.05), {})),
-                testing::UnorderedElementsAre("clock_offset of mocap", "clock_offset of fixes"))
+                UnorderedElementsAre("clock_offset of mocap", "clock_offset of fixes"))
         << path;
   }
 }

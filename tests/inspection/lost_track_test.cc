@@ -1,15 +1,11 @@
 // Rows that a tracker writes while it does not see the vehicle.
-#include <gmock/gmock.h>
-
 #include <cmath>
 
 #include "problems/inspection/stuck.h"
+#include "tests/common/matchers.h"
 
 namespace trueline {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 // Circles of 3 m about (5, 0, -1), which turn the vehicle by 1 rad/s; mocap at `rate`.
 FlightLog Circles(double rate) {

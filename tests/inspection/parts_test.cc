@@ -1,6 +1,4 @@
 // The parts of an inspection on made signals whose answers are known.
-#include <gmock/gmock.h>
-
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -9,6 +7,7 @@
 #include "problems/inspection/motion.h"
 #include "problems/inspection/stream_health.h"
 #include "problems/inspection/vector_match.h"
+#include "tests/common/matchers.h"
 
 namespace trueline {
 namespace {
@@ -184,8 +183,7 @@ TEST(StreamHealth, NamesGapsRepeatsAndSpikes) {
   std::vector<std::string> ids;
   for (const Finding& finding : findings)
     ids.push_back(finding.kind->id + (" of " + finding.stream));
-  EXPECT_THAT(ids,
-              testing::UnorderedElementsAre("gaps of imu", "spikes of imu", "repeats of mocap"));
+  EXPECT_THAT(ids, UnorderedElementsAre("gaps of imu", "spikes of imu", "repeats of mocap"));
 }
 
 // Speeds (rad/s) of two rotors that change by 15 % within a quarter of a second.
@@ -212,26 +210,25 @@ std::vector<std::string> NamesOfFindings(const FlightLog& log) {
 }
 
 TEST(StreamHealth, FindsSingleSamplesOfRotors) {
-  EXPECT_THAT(NamesOfFindings(TwoRotors(250.0)), testing::IsEmpty());
+  EXPECT_THAT(NamesOfFindings(TwoRotors(250.0)), IsEmpty());
   for (const double wrong : {0.0, 6e4, 300.0}) {
     FlightLog log = TwoRotors(250.0);
     for (std::size_t i = 7; i < log.rotors.size(); i += 500) log.rotors[i].values[1] = wrong;
-    EXPECT_THAT(NamesOfFindings(log), testing::ElementsAre("biases spikes of rotors")) << wrong;
+    EXPECT_THAT(NamesOfFindings(log), ElementsAre("biases spikes of rotors")) << wrong;
   }
 }
 
 TEST(StreamHealth, FindsGapsOfRotors) {
   FlightLog log = TwoRotors(250.0), brief = log;
   log.rotors.erase(log.rotors.begin() + 2000, log.rotors.begin() + 2250);
-  EXPECT_THAT(NamesOfFindings(log), testing::ElementsAre("biases gaps of rotors"));
+  EXPECT_THAT(NamesOfFindings(log), ElementsAre("biases gaps of rotors"));
   brief.rotors.erase(brief.rotors.begin() + 2000, brief.rotors.begin() + 2008);
-  EXPECT_THAT(NamesOfFindings(brief), testing::IsEmpty());
+  EXPECT_THAT(NamesOfFindings(brief), IsEmpty());
 }
 
 TEST(StreamHealth, FindsRotorsThatAreTooSlow) {
-  EXPECT_THAT(NamesOfFindings(TwoRotors(50.0)), testing::IsEmpty());
-  EXPECT_THAT(NamesOfFindings(TwoRotors(10.0)),
-              testing::ElementsAre("biases rotors_slow of rotors"));
+  EXPECT_THAT(NamesOfFindings(TwoRotors(50.0)), IsEmpty());
+  EXPECT_THAT(NamesOfFindings(TwoRotors(10.0)), ElementsAre("biases rotors_slow of rotors"));
 }
 
 TEST(Excerpt, HoldsEveryStreamBetweenTheStamps) {

@@ -2,7 +2,6 @@
 #include "problems/inspection/settle_proposal.h"
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 
 #include <fstream>
 
@@ -11,9 +10,6 @@
 
 namespace trueline {
 namespace {
-
-using testing::Contains;
-using testing::HasSubstr;
 
 const FlightLog& Flight(const std::string& name) {
   static std::map<std::string, FlightLog> logs;

@@ -2,18 +2,13 @@
 #include "problems/inspection/stuck.h"
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 
 #include "problems/inspection/first_look.h"
+#include "tests/common/matchers.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::UnorderedElementsAre;
 
 const FlightLog& Flight() {
   static const FlightLog log = testing_simulation::LogOf("hippodrome", 40.0, 5);
@@ -101,10 +96,10 @@ void Freeze(double from, double until, Samples* samples) {
 TEST(FirstLookAtStreams, FindsOneThatStandsStillWhileTheVehicleTurns) {
   FlightLog mocap = Flight(), imu = Flight();
   Freeze(20.0, 23.0, &mocap.mocap);
-  EXPECT_THAT(FirstLook(mocap), testing::Contains(HasSubstr("stuck (biases): mocap.csv: one value "
-                                                            "is held, while the vehicle moves")));
+  EXPECT_THAT(FirstLook(mocap), Contains(HasSubstr("stuck (biases): mocap.csv: one value "
+                                                   "is held, while the vehicle moves")));
   Freeze(20.0, 23.0, &imu.imu);
-  EXPECT_THAT(FirstLook(imu), testing::Contains(HasSubstr("the attitude turns by")));
+  EXPECT_THAT(FirstLook(imu), Contains(HasSubstr("the attitude turns by")));
 }
 
 // No number of a sensor ever changes: there is nothing to compare the stretch with.
@@ -112,10 +107,10 @@ TEST(FirstLookAtStreams, FindsSensorsThatMeasureNothing) {
   FlightLog gyro = Flight(), attitude = Flight();
   for (ImuSample& sample : gyro.imu) sample.gyro.setZero();
   EXPECT_THAT(FirstLook(gyro),
-              testing::Contains(HasSubstr("dead_axis (fatal): imu.csv: gx, gy and gz keep one")));
+              Contains(HasSubstr("dead_axis (fatal): imu.csv: gx, gy and gz keep one")));
   for (AttitudeSample& sample : attitude.attitude) sample.q_Ep_I = attitude.attitude[0].q_Ep_I;
   EXPECT_THAT(FirstLook(attitude),
-              testing::Contains(HasSubstr("stuck (fatal): attitude.csv: qw, qx, qy and qz")));
+              Contains(HasSubstr("stuck (fatal): attitude.csv: qw, qx, qy and qz")));
 }
 
 // An attitude that never changes is right where the vehicle does not turn, whatever its bias.
@@ -125,7 +120,7 @@ TEST(FirstLookAtStreams, AVehicleThatDoesNotTurnMayKeepItsAttitude) {
   for (std::size_t i = 0; i < log.imu.size(); ++i) {
     log.imu[i].gyro = {0.05, i % 2 == 0 ? 0.3 : -0.3, 0.0};
   }
-  EXPECT_THAT(FirstLook(log), testing::Not(testing::Contains(HasSubstr("keep one value"))));
+  EXPECT_THAT(FirstLook(log), Not(Contains(HasSubstr("keep one value"))));
 }
 
 TEST(FirstLookAtStreams, AVehicleAtRestMayRepeat) {
@@ -136,7 +131,7 @@ TEST(FirstLookAtStreams, AVehicleAtRestMayRepeat) {
     const double t = SecondsBetween(start, sample.t);
     if (t > 19.9 && t < 23.1) sample.gyro *= 1e-3;
   }
-  EXPECT_THAT(FirstLook(log), testing::Not(testing::Contains(HasSubstr("no number changes"))));
+  EXPECT_THAT(FirstLook(log), Not(Contains(HasSubstr("no number changes"))));
 }
 
 TEST(FirstLookAtColumns, FindsAnAxisInAnotherUnit) {
@@ -171,7 +166,7 @@ TEST(FirstLookAtColumns, FindsFixesOfAnotherClockOrHeight) {
       log.fixes[i].t += FromSeconds(c.late);
       log.fixes[i].p_E.z() = c.times * (log.fixes[i].p_E.z() - c.lower);
     }
-    EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr(c.said)));
+    EXPECT_THAT(FirstLook(log), Contains(HasSubstr(c.said)));
   }
 }
 
@@ -181,7 +176,7 @@ TEST(FirstLookAtColumns, FindsFixesThatWereHeldBack) {
   const std::size_t from = log.fixes.size() / 3, to = from + 20;
   for (std::size_t i = from; i < to; ++i) log.fixes[i].t += FromSeconds(0.4);
   EXPECT_THAT(FirstLook(log),
-              testing::Contains(HasSubstr(
+              Contains(HasSubstr(
                   fmt::format("clock_jump (biases): the clock of fixes.csv jumps: against mocap, "
                               "fixes from {:.2f} to {:.2f} s come 0.",
                               ToSeconds(log.fixes[from].t), ToSeconds(log.fixes[to - 1].t)))));

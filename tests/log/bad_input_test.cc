@@ -1,19 +1,11 @@
 // All kinds of bad native logs: each gives an error that names file, line, finding and remedy, or a
 // warning and a defined treatment.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 
 #include "tests/log/log_files.h"
 
 namespace trueline {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
 
 const char kMocap[] =
     "t [s],x [m],y [m],z [m],qw [1],qx [1],qy [1],qz [1]\n"

@@ -1,5 +1,4 @@
 // Accepted input, conversions, and large files.
-#include <gmock/gmock.h>
 #include <sys/resource.h>
 
 #include <cmath>
@@ -11,10 +10,6 @@
 
 namespace trueline {
 namespace {
-
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 TEST(Reader, TakesColumnsInAnyOrderAndConvertsUnits) {
   const LogFiles log;
@@ -153,7 +148,7 @@ TEST(StreamTable, ListsRateAndSpan) {
   const std::string table = StreamTable(LongLog(1025));
   EXPECT_THAT(table, HasSubstr("imu            1025      512.00"));
   EXPECT_THAT(table, HasSubstr("fixes             1"));
-  EXPECT_THAT(table, testing::Not(HasSubstr("mocap")));
+  EXPECT_THAT(table, Not(HasSubstr("mocap")));
 }
 
 // --- Dates and times of day as text.

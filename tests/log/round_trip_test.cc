@@ -1,6 +1,4 @@
 // Reading returns what was written: stamps exactly, values to the last digit.
-#include <gmock/gmock.h>
-
 #include "problems/common/random.h"
 #include "problems/log/native_log.h"
 #include "tests/common/test_files.h"

@@ -7,6 +7,7 @@
 #include "problems/common/error.h"
 #include "problems/observability/design.h"
 #include "problems/trajectory/trajectory_config.h"
+#include "tests/common/matchers.h"
 
 namespace trueline {
 namespace {
@@ -95,7 +96,7 @@ TEST(QuickDesign, TrajectoryFileComesBackExactly) {
   std::getline(csv, header);
   int rows = 0;
   while (std::getline(csv, line)) ++rows;
-  EXPECT_THAT(header, ::testing::HasSubstr(",w4 [rad/s]"));
+  EXPECT_THAT(header, HasSubstr(",w4 [rad/s]"));
   EXPECT_EQ(rows, 601);  // 6 s at 100 Hz
   const YAML::Node score = YAML::LoadFile((folder / "score.yaml").string());
   EXPECT_TRUE(score["score"].IsDefined());
@@ -111,7 +112,7 @@ void ExpectRefused(const std::string& key, const std::string& value, const std::
     ReadDesignTask(YamlMap(node, "d.yaml", ""), 0, 1);
     FAIL() << "accepted " << key << ": " << value;
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr(part));
+    EXPECT_THAT(error.what(), HasSubstr(part));
   }
 }
 

@@ -1,6 +1,4 @@
 // Gramians against a closed form, against each other, and against finite differences.
-#include <gmock/gmock.h>
-
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <filesystem>

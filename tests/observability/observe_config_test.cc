@@ -1,6 +1,4 @@
 
-#include <gmock/gmock.h>
-
 #include <Eigen/LU>
 #include <cmath>
 #include <filesystem>
@@ -11,6 +9,7 @@
 #include "problems/trajectory/catalogue.h"
 #include "problems/trajectory/rotor_flight.h"
 #include "problems/trajectory/trajectory_config.h"
+#include "tests/common/matchers.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {
@@ -102,8 +101,8 @@ void ExpectRefused(const std::string& cases, const std::string& part) {
     RunText(cases);
     FAIL() << "accepted: " << cases;
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr(part));
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("test.yaml:"));
+    EXPECT_THAT(error.what(), HasSubstr(part));
+    EXPECT_THAT(error.what(), HasSubstr("test.yaml:"));
   }
 }
 

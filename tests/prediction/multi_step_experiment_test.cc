@@ -1,9 +1,6 @@
 // The NanoDrone experiment in its short form: files, table, page, and what is refused.
 #include "problems/prediction/multi_step_experiment.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <fstream>
 
 #include "problems/result/render.h"
@@ -12,8 +9,6 @@
 
 namespace trueline::testing_prediction {
 namespace {
-
-using ::testing::HasSubstr;
 
 MultiStepExperiment ShortNanoDrone() {
   MultiStepExperiment experiment = ReadMultiStepExperiment(

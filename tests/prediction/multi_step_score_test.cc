@@ -1,8 +1,6 @@
 // The benchmark's metric and baselines against sums by hand and against the published figures.
 #include "problems/prediction/multi_step_score.h"
 
-#include <gtest/gtest.h>
-
 #include "tests/common/test_files.h"
 
 namespace trueline {

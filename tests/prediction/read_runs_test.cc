@@ -1,6 +1,4 @@
 // Reading runs: plain or compressed, and what is refused.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <zlib.h>
 
 #include <array>
@@ -11,8 +9,6 @@
 
 namespace trueline {
 namespace {
-
-using ::testing::HasSubstr;
 
 std::string RunText(int rows, double step = 0.01) {
   std::string text =

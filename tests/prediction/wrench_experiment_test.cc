@@ -1,9 +1,6 @@
 // Force and moment experiments on made flights: numbers come back, scores are those by hand.
 #include "problems/prediction/wrench_experiment.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <fstream>
 #include <random>
 
@@ -94,7 +91,7 @@ TEST(WrenchExperiment, ForcesComeBackAndTheMomentsShare) {
   ASSERT_GE(result.scores.size(), 2u);
   EXPECT_EQ(result.scores[1].predictor, "none");
   EXPECT_LT(result.scores[0].errors.M(), result.scores[1].errors.M());
-  EXPECT_THAT(WrenchTable(experiment, result), ::testing::HasSubstr("rotor by rotor"));
+  EXPECT_THAT(WrenchTable(experiment, result), HasSubstr("rotor by rotor"));
 }
 
 TEST(WrenchExperiment, SlowPublishedPredictionsScoreAsStatedAndAreNear) {
@@ -133,7 +130,7 @@ TEST(WrenchExperiment, SlowPublishedPredictionsScoreAsStatedAndAreNear) {
 TEST(WrenchExperiment, NamesTheFlightThatIsMissing) {
   const TestFolder folder;
   EXPECT_THAT(ErrorOf([&] { RunWrenchExperiment(Shipped(), folder.directory(), 1, true); }),
-              ::testing::HasSubstr("racetrack_1_20210218171908seg2.csv.gz: is missing"));
+              HasSubstr("racetrack_1_20210218171908seg2.csv.gz: is missing"));
 }
 
 }  // namespace

@@ -1,6 +1,4 @@
 // Measured flights, imported by their maps and calibrated: the stated results hold.
-#include <gtest/gtest.h>
-
 #include "problems/calibration/calibration_config.h"
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/rules.h"

@@ -1,8 +1,6 @@
 // What a rotor-driven fit takes from a log.
 #include "problems/rotor/rotor_data.h"
 
-#include <gmock/gmock.h>
-
 #include <cmath>
 
 #include "problems/calibration/rotor_calibration.h"
@@ -15,9 +13,6 @@
 
 namespace trueline {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 FlightLog Fly(bool commands) {
   RotorSimulation sim(WuestVehicle());

@@ -11,9 +11,6 @@
 namespace trueline::testing_simulation {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-
 const std::string kCourse =
     "course:\n"
     "  radius: 1.5\n"

@@ -1,10 +1,9 @@
 // Every effect that an IMU-driven model sees against its definition, written out here. Effects on
 // sensors leave the flight unchanged, so the log is compared with that of the same flight without
 // them; force effects are checked in the true specific force.
-#include <gmock/gmock.h>
-
 #include <cmath>
 
+#include "tests/common/matchers.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline::testing_simulation {

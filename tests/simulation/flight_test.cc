@@ -1,9 +1,8 @@
 // The flown drone against physics and course.
-#include <gmock/gmock.h>
-
 #include <cmath>
 #include <numeric>
 
+#include "tests/common/matchers.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline::testing_simulation {

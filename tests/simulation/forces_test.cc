@@ -1,8 +1,6 @@
 // Blade elements against what momentum theory and symmetry say in closed form.
 #include "problems/simulation/forces.h"
 
-#include <gmock/gmock.h>
-
 #include <fstream>
 
 #include "problems/common/error.h"
@@ -11,8 +9,6 @@
 
 namespace trueline::simulation {
 namespace {
-
-using testing::HasSubstr;
 
 constexpr double kSpeed = 1260.0;  // rad/s
 constexpr double kF = 3.811e-7, kM = 3.62e-9;

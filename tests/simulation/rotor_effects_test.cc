@@ -1,9 +1,8 @@
 // Every effect that a rotor-driven model sees against its definition, written out here, on the true
 // flight.
-#include <gmock/gmock.h>
-
 #include <cmath>
 
+#include "tests/common/matchers.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline::testing_simulation {

@@ -1,9 +1,8 @@
 // Noise measured from the log, and the other sensors' settings.
-#include <gmock/gmock.h>
-
 #include <cmath>
 
 #include "problems/common/random.h"
+#include "tests/common/matchers.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline::testing_simulation {

@@ -2,13 +2,11 @@
 // estimators' model, which shares no code with the simulator's physics.
 #include "problems/simulation/simulate_rotor_flight.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "problems/common/error.h"
 #include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_step.h"
 #include "problems/simulation/simulate.h"
+#include "tests/common/matchers.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
@@ -196,7 +194,7 @@ std::string Warning(double amplitude) {
 
 TEST(RotorFlightConfig, WarnsOfAPathThatBreaksTheLimits) {
   EXPECT_EQ(Warning(0.02), "");
-  EXPECT_THAT(Warning(0.4), testing::HasSubstr("flight.yaml: the trajectory breaks the limit on"));
+  EXPECT_THAT(Warning(0.4), HasSubstr("flight.yaml: the trajectory breaks the limit on"));
 }
 
 TEST(DrawGuess, LeavesKnownConstantsAtTheirStatedValues) {

@@ -2,9 +2,6 @@
 // else is; a right file is left alone. Flights are those of the simulator library.
 #include "problems/simulators/audit.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <regex>
 #include <set>
 
@@ -16,9 +13,6 @@
 
 namespace trueline {
 namespace {
-
-using testing::Contains;
-using testing::HasSubstr;
 
 constexpr double kLag = 0.04, kFullSpeed = 2200.0;  // s, rad/s
 constexpr double kDrag = -0.3;                      // 1/s
@@ -475,7 +469,7 @@ TEST_F(AuditTest, SlowSaysThatNothingShowsTheOrderOfRotors) {
   const Audit audit = Of(Right("rotorpy"), log);
   EXPECT_THAT(audit.warnings, Contains(HasSubstr("does not show which rotor a column is")));
   for (const NotJudged& n : audit.not_judged) {
-    EXPECT_THAT(n.fly, testing::Not(HasSubstr("log measured rotor speeds"))) << n.parameter;
+    EXPECT_THAT(n.fly, Not(HasSubstr("log measured rotor speeds"))) << n.parameter;
   }
 }
 

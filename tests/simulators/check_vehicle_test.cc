@@ -1,7 +1,4 @@
 // Files of simulators: their numbers with places, what is refused, and what a file tells of itself.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <fstream>
 #include <regex>
 
@@ -14,9 +11,6 @@ namespace trueline {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::Contains;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 ParameterFile Parsed(const std::string& name, const std::string& text) {
   return ParameterFile::Parse(name, text);
@@ -110,7 +104,7 @@ TEST(ParameterFile, RefusesWhatIsNoNumber) {
   const ParameterFile file =
       Parsed("a.sdf", "<sdf>\n<k>0.000000002*70</k><n>{{ mass }}</n><h>0x10</h><i>nan</i></sdf>");
   EXPECT_THAT(ErrorOf([&] { file.NumberOf(*file.Find("sdf/k")); }),
-              testing::AllOf(HasSubstr("a.sdf:2"), HasSubstr("'k'"), HasSubstr("write 1.4e-07")));
+              AllOf(HasSubstr("a.sdf:2"), HasSubstr("'k'"), HasSubstr("write 1.4e-07")));
   for (const char* name : {"sdf/n", "sdf/h", "sdf/i"}) {
     EXPECT_THAT(ErrorOf([&] { file.NumberOf(*file.Find(name)); }), HasSubstr("is no number"));
   }
@@ -156,36 +150,36 @@ class FileChecks : public testing::Test {
 TEST_F(FileChecks, AWrongMassIsNamedAlone) {
   NeutralVehicle v = Vehicle();
   v.body["m"] *= 10.0;
-  EXPECT_THAT(Named(v, "gz"), testing::ElementsAre("m"));
+  EXPECT_THAT(Named(v, "gz"), ElementsAre("m"));
 }
 
 TEST_F(FileChecks, AThrustInAnotherUnitIsNamedAlone) {
   NeutralVehicle v = Vehicle();
   for (Numbers& rotor : v.rotors) rotor["k_f"] /= 91.189;
-  EXPECT_THAT(Named(v, "rotorpy"), testing::ElementsAre("k_f"));
+  EXPECT_THAT(Named(v, "rotorpy"), ElementsAre("k_f"));
 }
 
 // Consequences of a mass or thrust that is usual for the arm are not named, but it is.
 TEST_F(FileChecks, AWrongMassOrThrustIsNamedThroughWhatItMakesWrong) {
   NeutralVehicle v = Vehicle();
   v.body["m"] *= 6.0;
-  EXPECT_THAT(Named(v, "gz"), testing::ElementsAre("m"));
+  EXPECT_THAT(Named(v, "gz"), ElementsAre("m"));
   v = Vehicle();
   for (Numbers& rotor : v.rotors) rotor["k_f"] /= 10.0;
-  EXPECT_THAT(Named(v, "crazyflow"), testing::ElementsAre("k_f"));
+  EXPECT_THAT(Named(v, "crazyflow"), ElementsAre("k_f"));
 }
 
 // The inertia of a solid as large as the vehicle, with its mass: no axis can have it.
 TEST_F(FileChecks, TheInertiaOfACollisionShapeIsNamed) {
   NeutralVehicle v = Vehicle();
   for (const char* axis : {"I_x", "I_y", "I_z"}) v.body[axis] *= 5.0;
-  EXPECT_THAT(Named(v, "gym_pybullet_drones"), testing::UnorderedElementsAre("I_x", "I_y", "I_z"));
+  EXPECT_THAT(Named(v, "gym_pybullet_drones"), UnorderedElementsAre("I_x", "I_y", "I_z"));
 }
 
 TEST_F(FileChecks, ExchangedAxesAreNamed) {
   NeutralVehicle v = Vehicle();
   std::swap(v.body["I_x"], v.body["I_z"]);
-  EXPECT_THAT(Named(v, "gz"), testing::ElementsAre("I_z"));
+  EXPECT_THAT(Named(v, "gz"), ElementsAre("I_z"));
 }
 
 // Links that joints turn are the rotors of a model whose motors stand elsewhere.
@@ -289,8 +283,7 @@ TEST_F(FileChecks, NumbersThatMustBePositiveAreNamed) {
     EXPECT_EQ(audit.contradicted[0].parameter, named);
     EXPECT_EQ(audit.contradicted[0].text, "must be positive");
     EXPECT_GT(audit.contradicted[0].line, 0);
-    EXPECT_THAT(audit.not_judged,
-                testing::Not(Contains(testing::Field(&NotJudged::parameter, named))));
+    EXPECT_THAT(audit.not_judged, Not(Contains(testing::Field(&NotJudged::parameter, named))));
   }
 }
 
@@ -311,7 +304,7 @@ TEST_F(FileChecks, RefuseAPoseInAnotherFrame) {
   std::ofstream(path_) << "<sdf><model><link name='a'>\n<pose relative_to='b'>1 0 0 0 0 0</pose>"
                           "<inertial><mass>1</mass></inertial></link></model></sdf>";
   EXPECT_THAT(ErrorOf([&] { ReadVehicleFiles({path_.string()}); }),
-              testing::AllOf(HasSubstr("frames.sdf:2"), HasSubstr("relative_to='b'")));
+              AllOf(HasSubstr("frames.sdf:2"), HasSubstr("relative_to='b'")));
 }
 
 TEST_F(FileChecks, NameAnArmThatIsNotThatOfTheRotors) {
@@ -413,7 +406,7 @@ TEST_F(ShippedFiles, ErrorsThatAFileTellsAreNamed) {
   EXPECT_THAT(Named({"crazys/crazyflie2.xacro"}), Contains("rotor_speed_drag"));
   EXPECT_THAT(Named({"drone_models_crazyflow/drone_models_params.toml",
                      "drone_models_crazyflow/crazyflow_first_principles_params.toml"}),
-              testing::UnorderedElementsAre("m", "I_x", "I_y"));
+              UnorderedElementsAre("m", "I_x", "I_y"));
 }
 
 }  // namespace

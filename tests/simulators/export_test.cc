@@ -1,7 +1,4 @@
 // trueline-export: the files of each target, read back and flown by equations of their own.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "problems/simulators/audit.h"
 #include "problems/simulators/export_vehicle.h"
 #include "problems/simulators/vehicle_replay.h"
@@ -11,8 +8,6 @@
 
 namespace trueline {
 namespace {
-
-using testing::HasSubstr;
 
 constexpr double kSpeed = 3.0;    // m/s
 constexpr double kWithin = 0.01;  // of the way flown
@@ -201,7 +196,7 @@ TEST_F(ExportTest, StatesWhatIsLostAndItsCost) {
       With({{"K_x", -0.4}, {"K_y", -0.4}, {"translational_lift", 0.05}, {"tau", 0.03}}), "mujoco");
   std::vector<std::string> names;
   for (const Loss& loss : e.lost) names.push_back(loss.name);
-  EXPECT_THAT(names, testing::UnorderedElementsAre("K_x", "K_y", "translational_lift"));
+  EXPECT_THAT(names, UnorderedElementsAre("K_x", "K_y", "translational_lift"));
   ASSERT_TRUE(e.lost[0].cost);
   // Drag of 0.4 1/s at 5 m/s: 2 m/s^2 and more, half a second squared over two.
   EXPECT_NEAR(*e.lost[0].cost, 0.25, 0.05);

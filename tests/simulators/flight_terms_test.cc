@@ -1,7 +1,5 @@
 // Mistakes in a simulator's equations: logs that are flown with them show the term, its size and
 // its sign, whatever the file says.
-#include <gtest/gtest.h>
-
 #include "problems/simulators/audit.h"
 #include "problems/simulators/export_vehicle.h"
 #include "problems/simulators/flight_estimate.h"

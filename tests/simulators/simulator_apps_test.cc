@@ -1,7 +1,5 @@
 // trueline-export and trueline-audit as a user runs them: exit codes, messages, result files.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <yaml-cpp/yaml.h>
 
@@ -9,8 +7,6 @@
 
 namespace trueline {
 namespace {
-
-using testing::HasSubstr;
 
 class SimulatorApps : public testing::Test {
  protected:
@@ -106,7 +102,7 @@ TEST_F(SimulatorApps, AuditRefusesBadInput) {
   std::ofstream(folder_ / "p.sdf") << "<sdf><model><link name='a'><inertial>\n<mass>0.02*2</mass>"
                                       "</inertial></link></model></sdf>";
   EXPECT_EQ(Run("trueline-audit", "--simulator=p.sdf --out=a"), 2);
-  EXPECT_THAT(Err(), testing::AllOf(HasSubstr("p.sdf:2"), HasSubstr("'mass'"), HasSubstr("0.04")));
+  EXPECT_THAT(Err(), AllOf(HasSubstr("p.sdf:2"), HasSubstr("'mass'"), HasSubstr("0.04")));
   std::ofstream(folder_ / "other.yaml") << "a: 1\n";
   EXPECT_EQ(Run("trueline-audit", "--simulator=other.yaml --out=a"), 2);
   EXPECT_THAT(Err(), HasSubstr("rotorpy"));

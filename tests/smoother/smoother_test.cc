@@ -1,16 +1,14 @@
 // The fixed-lag smoother: refused input, breaks, causality.
 #include "problems/smoother/smoother.h"
 
-#include <gmock/gmock.h>
-
 #include "problems/calibration/calibration.h"
 #include "problems/common/error.h"
+#include "tests/common/matchers.h"
 #include "tests/vgd/flights.h"
 
 namespace trueline {
 namespace {
 
-using testing::HasSubstr;
 using testing_vgd::Find;
 
 SimulationConfig Hippodrome(double duration) {
@@ -152,7 +150,7 @@ TEST(FalsePass, SlowIsNamedAndDoesNoHarm) {
   const FlightLog spoilt = WithFalsePasses(clean, {2, 5}, d);
   const EstimatorRun sure = Smooth(clean, 0.05), robust = Smooth(spoilt, 0.05),
                      naive = Smooth(spoilt, 0.0);
-  EXPECT_THAT(robust.warnings, testing::ElementsAre(HasSubstr("pass 3 "), HasSubstr("pass 6 ")));
+  EXPECT_THAT(robust.warnings, ElementsAre(HasSubstr("pass 3 "), HasSubstr("pass 6 ")));
   EXPECT_EQ(FalseAlarms(naive), 0);
   const double error = SummariseArcs(robust).error.mean;
   EXPECT_LT(error, 1.5 * SummariseArcs(sure).error.mean);

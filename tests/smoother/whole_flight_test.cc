@@ -2,10 +2,9 @@
 // additional unknowns, and learned strengths.
 #include "problems/smoother/whole_flight.h"
 
-#include <gmock/gmock.h>
-
 #include "problems/smoother/evidence_maximum.h"
 #include "tests/common/bands.h"
+#include "tests/common/matchers.h"
 #include "tests/vgd/flights.h"
 
 namespace trueline {

@@ -1,8 +1,6 @@
 // Straights of the paper's hippodrome: 3 m straights, half circles of 1.5 m, 1.8 m/s.
 #include "problems/trajectory/straight.h"
 
-#include <gmock/gmock.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,6 +8,7 @@
 #include "problems/common/error.h"
 #include "problems/common/random.h"
 #include "problems/trajectory/mocap_path.h"
+#include "tests/common/matchers.h"
 
 namespace trueline {
 namespace {
@@ -242,7 +241,7 @@ TEST(FixSampler, RefusesOptionsThatCantBe) {
     options.Check();
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("'max_count' must not be below min_count"));
+    EXPECT_THAT(error.what(), HasSubstr("'max_count' must not be below min_count"));
   }
 }
 

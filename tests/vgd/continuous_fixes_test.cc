@@ -1,20 +1,18 @@
 // Flights without gates: how they are divided, the noise of their fixes, and what withholding
 // withholds.
-#include <gmock/gmock.h>
-
 #include <algorithm>
 
 #include "cost_functions/fix_residual.h"
 #include "problems/common/error.h"
 #include "problems/vgd/passes.h"
 #include "tests/common/arcs.h"
+#include "tests/common/matchers.h"
 #include "tests/vgd/flights.h"
 
 namespace trueline {
 namespace {
 
 using Eigen::Vector3d;
-using testing::HasSubstr;
 
 constexpr double kTau = 60.0;  // s
 

@@ -1,8 +1,6 @@
 // The drive of the model from a log: irregular steps, gaps, streams at other rates, sources.
 #include "problems/vgd/drive_track.h"
 
-#include <gmock/gmock.h>
-
 #include "tests/common/test_files.h"
 #include "tests/vgd/flown_log.h"
 
@@ -158,7 +156,7 @@ TEST(DriveTrack, RefusesStreamsThatDoNotOverlap) {
   FlightLog log = FlownLog(1.0);
   for (AttitudeSample& sample : log.attitude) sample.t += 100 * kNsPerSecond;
   EXPECT_THAT(ErrorOf([&] { DriveTrack::FromLog(log, DriveOptions()); }),
-              testing::HasSubstr("do not overlap in time"));
+              HasSubstr("do not overlap in time"));
 }
 
 }  // namespace

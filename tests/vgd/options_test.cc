@@ -1,13 +1,11 @@
 // Effects of the fit's options: losses, solvers, the stopping rule of eq. 36, bounds, gaps.
-#include <gmock/gmock.h>
-
 #include "problems/vgd/solver_options.h"
+#include "tests/common/matchers.h"
 #include "tests/vgd/flights.h"
 
 namespace trueline {
 namespace {
 
-using testing::HasSubstr;
 using testing_vgd::ExactHippodrome;
 using testing_vgd::Find;
 using testing_vgd::Flight;
@@ -126,7 +124,7 @@ TEST(Gaps, EndWindows) {
   EXPECT_EQ(run.windows[2].gamma, 3);
   EXPECT_EQ(run.windows[3].gamma, 1);
   EXPECT_EQ(run.windows[4].gamma, 2);
-  EXPECT_THAT(run.warnings, testing::ElementsAre(HasSubstr("the arc after pass 3")));
+  EXPECT_THAT(run.warnings, ElementsAre(HasSubstr("the arc after pass 3")));
 }
 
 TEST(Gaps, InsideAPassLeaveItOut) {
@@ -138,7 +136,7 @@ TEST(Gaps, InsideAPassLeaveItOut) {
                 [&](const ImuSample& s) { return std::abs(s.t - middle) < kNsPerSecond * 3 / 10; });
   const FlightData data(flown.log, options.drive, options.passes, options.drag_measurement);
   EXPECT_EQ(data.passes.size(), passes.size() - 1);
-  EXPECT_THAT(data.warnings, testing::ElementsAre(HasSubstr("is left out: imu.csv or")));
+  EXPECT_THAT(data.warnings, ElementsAre(HasSubstr("is left out: imu.csv or")));
   for (const WindowEstimate& window : RunVgd(data, options).windows) EXPECT_TRUE(window.converged);
 }
 

@@ -1,6 +1,4 @@
 // Uncertainty of the fit: covariance, statuses, combinations, learned drift, ellipses.
-#include <gmock/gmock.h>
-
 #include <algorithm>
 
 #include "cost_functions/models/imu_driven_model.h"
@@ -9,14 +7,13 @@
 #include "problems/vgd/vgd.h"
 #include "problems/vgd/window_estimate.h"
 #include "tests/common/bands.h"
+#include "tests/common/matchers.h"
 #include "tests/simulation/short_flight.h"
 #include "tests/vgd/flights.h"
 
 namespace trueline {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
 using testing_vgd::ExactHippodrome;
 using testing_vgd::Find;
 using testing_vgd::Flight;
@@ -33,7 +30,7 @@ TEST(Identifiability, NamesAnExactlyOpenCombination) {
   EXPECT_THAT(result.status, ElementsAre("weak", "weak", "weak"));
   ASSERT_EQ(result.combinations.size(), 1U);
   EXPECT_THAT(result.combinations[0], HasSubstr(" with "));
-  EXPECT_THAT(result.combinations[0], testing::Not(HasSubstr("rad")));
+  EXPECT_THAT(result.combinations[0], Not(HasSubstr("rad")));
   // In physical units a changes by 2 / sqrt(2) and b by -3 / sqrt(2).
   EXPECT_THAT(result.combinations[0], HasSubstr("1.41 m"));
   EXPECT_THAT(result.combinations[0], HasSubstr("2.12 s"));
@@ -72,7 +69,7 @@ TEST(Uncertainty, OneStraightLeavesHeadingsOpen) {
   for (const char* name : {"psi_I_B", "psi_E_Ep", "K_y"}) {
     EXPECT_EQ(Find(run.windows[0], name).status, "unobservable") << name;
   }
-  EXPECT_THAT(run.windows[0].unobservable, testing::Contains(HasSubstr("psi_I_B")));
+  EXPECT_THAT(run.windows[0].unobservable, Contains(HasSubstr("psi_I_B")));
   EXPECT_NE(Find(run.windows[0], "b_az").status, "unobservable");
 }
 
@@ -90,7 +87,7 @@ TEST(Uncertainty, SurvivesRankDeficiency) {
   const int tau = static_cast<int>(flight.data.passes.size());
   const WindowEstimate window = SolveWindow(flight.data, options, tau, PriorMeans(options));
   EXPECT_EQ(Find(window, "psi_I_B").status, "unobservable");
-  EXPECT_THAT(window.unobservable, testing::Contains(HasSubstr("psi_I_B")));
+  EXPECT_THAT(window.unobservable, Contains(HasSubstr("psi_I_B")));
   EXPECT_EQ(Find(window, "b_az").status, "identified");
   EXPECT_EQ(Find(window, "phi_E_Ep").status, "identified");
   for (const ParameterEstimate& p : window.parameters) {
