@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "problems/result/estimate.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
@@ -30,6 +31,29 @@ inline void ExpectCoverage(int inside, int count, double p, const std::string& w
 inline void ExpectSigma(double sigma, double due, double factor, const std::string& what) {
   EXPECT_GT(sigma, due / factor) << what;
   EXPECT_LT(sigma, due * factor) << what;
+}
+
+// --- Blind arcs of a run and the ellipses stated for their ends.
+
+struct ArcCount {
+  int inside = 0;  // of the ellipse of 95 %
+  int count = 0;
+};
+
+inline ArcCount CountArcs(const EstimatorRun& run) {
+  ArcCount arcs;
+  for (const WindowEstimate& window : run.windows) {
+    if (!window.arc) continue;
+    arcs.inside += window.arc->Inside95();
+    ++arcs.count;
+  }
+  return arcs;
+}
+
+// That few arcs lie inside has a probability of 1 % at least.
+inline void ExpectCovered(const ArcCount& arcs) {
+  EXPECT_GE(BinomialCdf(arcs.inside, arcs.count, 0.95), 0.01)
+      << arcs.inside << " of " << arcs.count;
 }
 
 }  // namespace trueline

@@ -7,7 +7,7 @@
 #include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
 #include "problems/vgd/drive_track.h"
-#include "tests/common/arcs.h"
+#include "tests/common/bands.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {

@@ -54,8 +54,8 @@ TEST(FirstLook, FindsPositionsInMillimetres) {
   for (PoseSample& pose : log.mocap) pose.p_E *= 1e3;
   for (Fix& fix : log.fixes) fix.p_E *= 1e3;
   const auto findings = FirstLook(log);
-  EXPECT_THAT(findings, Each(StartsWith("position_scale (fatal)")));
-  EXPECT_THAT(findings, SizeIs(2));
+  EXPECT_THAT(findings, Each(testing::StartsWith("position_scale (fatal)")));
+  EXPECT_THAT(findings, testing::SizeIs(2));
   const Inspection inspection = Inspect(log, {});
   EXPECT_NEAR(inspection.repairs.streams.at("mocap").position_scale, 1e-3, 5e-5);
 }

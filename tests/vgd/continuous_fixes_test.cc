@@ -5,7 +5,7 @@
 #include "cost_functions/fix_residual.h"
 #include "problems/common/error.h"
 #include "problems/vgd/passes.h"
-#include "tests/common/arcs.h"
+#include "tests/common/bands.h"
 #include "tests/common/matchers.h"
 #include "tests/vgd/flights.h"
 

@@ -9,7 +9,7 @@
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/solver_options.h"
 #include "problems/vgd/vgd_kinematic.h"
-#include "tests/common/arcs.h"
+#include "tests/common/bands.h"
 #include "tests/simulation/short_flight.h"
 #include "tests/vgd/flights.h"
 
