@@ -1,34 +1,18 @@
 // trueline-calibrate as a user runs it: a flight on disk, flags, exit code, both outputs.
 #pragma once
 
-#include <fmt/format.h>
-#include <sys/wait.h>
-
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <string>
-#include <vector>
-
 #include "problems/log/native_log.h"
 #include "problems/vgd/passes.h"
-#include "tests/common/test_files.h"
+#include "tests/common/run_program.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
-
-struct Outcome {
-  int exit_code;
-  std::string out, err;
-};
 
 // Each test has its own flight of 15 s round the hippodrome, which it may modify.
 class CalibrateApp : public testing::Test {
  protected:
   void SetUp() override {
-    program_ = std::filesystem::path(TRUELINE_TEST_APPS_DIR) / "trueline-calibrate";
-    if (!std::filesystem::exists(program_)) GTEST_SKIP() << program_ << " is not built";
+    if (!std::filesystem::exists(App("calibrate"))) GTEST_SKIP() << "it is not built";
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
     root_ = std::filesystem::path(testing::TempDir()) / (std::string("calibrate_") + test->name());
     std::filesystem::remove_all(root_);
@@ -37,8 +21,7 @@ class CalibrateApp : public testing::Test {
   void TearDown() override { std::filesystem::remove_all(root_); }
 
   static FlightLog Fly(std::uint64_t seed) {
-    SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-    config.duration = 15.0;
+    SimulationConfig config = testing_simulation::ReadShipped("hippodrome", 15.0);
     config.imu.rate = 200.0;
     return testing_simulation::Fly(config, seed).log;
   }
@@ -53,14 +36,7 @@ class CalibrateApp : public testing::Test {
                            (root_ / "log").string(), (root_ / "out").string(), more));
   }
 
-  Outcome Run(const std::string& arguments) const { return RunProgram(program_, arguments); }
-
-  Outcome RunProgram(const std::filesystem::path& program, const std::string& arguments) const {
-    const std::string out = (root_ / "stdout").string(), err = (root_ / "stderr").string();
-    const int status = std::system(
-        fmt::format("'{}' {} >'{}' 2>'{}'", program.string(), arguments, out, err).c_str());
-    return {WEXITSTATUS(status), ReadText(out), ReadText(err)};
-  }
+  static Outcome Run(const std::string& arguments) { return RunApp("calibrate", arguments); }
 
   // Lines of a file of the log, to be changed and written back.
   std::vector<std::string> Lines(const std::string& file) const {
@@ -74,7 +50,7 @@ class CalibrateApp : public testing::Test {
     for (const std::string& line : lines) out << line << "\n";
   }
 
-  std::filesystem::path program_, root_;
+  std::filesystem::path root_;
 };
 
 }  // namespace trueline

@@ -43,10 +43,9 @@ TEST_F(BadFlight, ALogThatDoesNotFitInMemory) {
 TEST_F(BadFlight, FlagsOfTheOtherDrive) {
   for (const char* flag :
        {"--estimator=nonsense", "--gamma=-5", "--thrust=foo", "--gamma_sweep=a,b"}) {
-    const Outcome done = Run(fmt::format("--drive=rotors --log='{}' --out='{}' {}",
-                                         (root_ / "log").string(), (root_ / "out").string(), flag));
-    EXPECT_EQ(done.exit_code, 2);
-    EXPECT_THAT(done.err, HasSubstr(std::string(flag) + ": is for --drive=imu"));
+    EXPECT_THAT(Run(fmt::format("--drive=rotors --log='{}' --out='{}' {}", (root_ / "log").string(),
+                                (root_ / "out").string(), flag)),
+                Refuses(std::string(flag) + ": is for --drive=imu"));
   }
 }
 
@@ -73,9 +72,7 @@ TEST_F(BadFlight, FixesOfAnotherClock) {
 TEST_F(BadFlight, CutOffLastLineIsDroppedWithAWarning) {
   const std::string text = ReadText(root_ / "log/imu.csv");
   std::ofstream(root_ / "log/imu.csv") << text.substr(0, text.size() - 20);
-  const Outcome done = Calibrate();
-  EXPECT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.err, HasSubstr("the last line is cut off; it is dropped"));
+  EXPECT_THAT(Calibrate(), Ends(0, HasSubstr("the last line is cut off; it is dropped")));
   EXPECT_THAT(Result()["warnings"][0].as<std::string>(), HasSubstr("cut off"));
 }
 
@@ -86,10 +83,9 @@ TEST_F(BadFlight, GapInTheImuEndsWindowsWithAWarning) {
   const TimeNs from = passes[1].end + kNsPerSecond / 10, to = from + kNsPerSecond * 6 / 10;
   std::erase_if(log.imu, [&](const ImuSample& s) { return s.t > from && s.t < to; });
   WriteNativeLog(log, root_ / "log");
-  const Outcome done = Calibrate();
-  EXPECT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.err, AllOf(HasSubstr("imu: 1 gaps longer than"),
-                              HasSubstr("the arc after pass 2"), HasSubstr("is not predicted")));
+  EXPECT_THAT(Calibrate(),
+              Ends(0, AllOf(HasSubstr("imu: 1 gaps longer than"), HasSubstr("the arc after pass 2"),
+                            HasSubstr("is not predicted"))));
   EXPECT_EQ(Result()["arcs"]["count"].as<std::size_t>(), passes.size() - 2);
 }
 
@@ -133,10 +129,9 @@ TEST_F(BadFlight, AFaultOfTheLogIsAReasonOfTheVerdict) {
 
 TEST_F(BadFlight, OneRecordingTwiceIsRefused) {
   WriteNativeLog(Flight(), root_ / "copy");
-  const Outcome done = Run(fmt::format(
-      "--log='{0}/log','{0}/copy' --estimator=smoother --out='{0}/out'", root_.string()));
-  EXPECT_EQ(done.exit_code, 2);
-  EXPECT_THAT(done.err, AllOf(HasSubstr("copy: is the same recording as"), HasSubstr("once")));
+  EXPECT_THAT(Run(fmt::format("--log='{0}/log','{0}/copy' --estimator=smoother --out='{0}/out'",
+                              root_.string())),
+              Ends(2, AllOf(HasSubstr("copy: is the same recording as"), HasSubstr("once"))));
 }
 
 }  // namespace

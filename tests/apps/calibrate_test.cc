@@ -40,15 +40,10 @@ TEST_F(CalibrateApp, TeachesByExample) {
 TEST_F(CalibrateApp, RefusesWrongFlags) {
   EXPECT_EQ(Run("--gama=3").exit_code, 2);
   EXPECT_EQ(Run("--gamma=three").exit_code, 2);
-  const Outcome none = Run("");
-  EXPECT_EQ(none.exit_code, 2);
-  EXPECT_THAT(none.err, HasSubstr("--log and --out are needed"));
-  const Outcome stray = Calibrate("flight");
-  EXPECT_EQ(stray.exit_code, 2);
-  EXPECT_THAT(stray.err, HasSubstr("'flight' is not a flag"));
-  const Outcome estimator = Calibrate("--estimator=magic");
-  EXPECT_EQ(estimator.exit_code, 2);
-  EXPECT_THAT(estimator.err, HasSubstr("estimator 'magic' is not known; use one of:"));
+  EXPECT_THAT(Run(""), Refuses("--log and --out are needed"));
+  EXPECT_THAT(Calibrate("flight"), Refuses("'flight' is not a flag"));
+  EXPECT_THAT(Calibrate("--estimator=magic"),
+              Refuses("estimator 'magic' is not known; use one of:"));
 }
 
 TEST_F(CalibrateApp, TakesALogWithoutAFlagAndPutsResultsBeside) {
@@ -65,9 +60,8 @@ TEST_F(CalibrateApp, TakesALogWithoutAFlagAndPutsResultsBeside) {
 }
 
 TEST_F(CalibrateApp, RefusesAVerdictWhereAskedTo) {
-  const Outcome unknown = Calibrate("--fail_on=bad");
-  EXPECT_EQ(unknown.exit_code, 2);
-  EXPECT_THAT(unknown.err, HasSubstr("--fail_on=bad is not known; use poor or unusable"));
+  EXPECT_THAT(Calibrate("--fail_on=bad"),
+              Refuses("--fail_on=bad is not known; use poor or unusable"));
   const Outcome done = Calibrate("--fail_on=poor");
   const bool usable = done.out.find("verdict: usable") != std::string::npos;
   EXPECT_EQ(done.exit_code, usable ? 0 : 4) << done.out;
@@ -86,9 +80,8 @@ TEST(FailOn, RefusesWhatWasAskedForAndWorse) {
 
 TEST_F(CalibrateApp, RefusesAnUnknownKeyInItsConfiguration) {
   std::ofstream(root_ / "config.yaml") << "gamma: 3\nhuber: true\n";
-  const Outcome done = Calibrate(fmt::format("--config='{}'", (root_ / "config.yaml").string()));
-  EXPECT_EQ(done.exit_code, 2);
-  EXPECT_THAT(done.err, HasSubstr("config.yaml:2: 'huber': unknown key"));
+  EXPECT_THAT(Calibrate(fmt::format("--config='{}'", (root_ / "config.yaml").string())),
+              Refuses("config.yaml:2: 'huber': unknown key"));
   EXPECT_EQ(Calibrate("--config=/nowhere.yaml").exit_code, 2);
 }
 
@@ -119,9 +112,8 @@ TEST_F(CalibrateApp, TheModelOfThisFlightIsNoPriorForIt) {
   const YAML::Node first = YAML::LoadFile(root_ / "out/model.yaml")["parameters"];
   const std::string model = (root_ / "earlier.yaml").string();
   std::filesystem::copy_file(root_ / "out/model.yaml", model);
-  const Outcome done = Calibrate(fmt::format("--model='{}'", model));
-  EXPECT_EQ(done.exit_code, 0);
-  EXPECT_THAT(done.err, HasSubstr("fitted to this very flight"));
+  EXPECT_THAT(Calibrate(fmt::format("--model='{}'", model)),
+              Ends(0, HasSubstr("fitted to this very flight")));
   const YAML::Node second = YAML::LoadFile(root_ / "out/model.yaml")["parameters"];
   EXPECT_EQ(second["K_x"]["sigma"].as<double>(), first["K_x"]["sigma"].as<double>());
 }
@@ -130,25 +122,22 @@ TEST_F(CalibrateApp, TheModelOfThisFlightIsNoPriorForIt) {
 TEST_F(CalibrateApp, TheModelOfThisFlightIsNoPriorForItsDiagnosis) {
   ASSERT_EQ(Calibrate().exit_code, 0);
   const auto diagnose = [&](const std::string& more) {
-    return RunProgram(program_.parent_path() / "trueline-diagnose",
-                      fmt::format("--log='{}' --out='{}' --report=false {}",
-                                  (root_ / "log").string(), (root_ / "found").string(), more));
+    return RunApp("diagnose",
+                  fmt::format("--log='{}' --out='{}' --report=false {}", (root_ / "log").string(),
+                              (root_ / "found").string(), more));
   };
   const auto sigma = [&] {
     return YAML::LoadFile(root_ / "found/model.yaml")["parameters"]["b_az"]["sigma"].as<double>();
   };
   ASSERT_EQ(diagnose("").exit_code, 0);
   const double alone = sigma();
-  const Outcome done = diagnose(fmt::format("--model='{}'", (root_ / "out/model.yaml").string()));
-  EXPECT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.err, HasSubstr("fitted to this very flight"));
+  EXPECT_THAT(diagnose(fmt::format("--model='{}'", (root_ / "out/model.yaml").string())),
+              Ends(0, HasSubstr("fitted to this very flight")));
   EXPECT_EQ(sigma(), alone);
 }
 
 TEST_F(CalibrateApp, AnEstimatorIsNamedOnce) {
-  const Outcome done = Calibrate("--estimator=vgd,vgd");
-  EXPECT_EQ(done.exit_code, 2);
-  EXPECT_THAT(done.err, HasSubstr("'vgd' twice"));
+  EXPECT_THAT(Calibrate("--estimator=vgd,vgd"), Refuses("'vgd' twice"));
 }
 
 TEST_F(CalibrateApp, AFailureLeavesEarlierResultsWhole) {
@@ -161,12 +150,11 @@ TEST_F(CalibrateApp, AFailureLeavesEarlierResultsWhole) {
 
 // From nothing to the page, by the commands of the README.
 TEST_F(CalibrateApp, SlowFromSimulationToReport) {
-  const std::filesystem::path simulate = program_.parent_path() / "trueline-simulate";
-  if (!std::filesystem::exists(simulate)) GTEST_SKIP() << simulate << " is not built";
+  if (!std::filesystem::exists(App("simulate"))) GTEST_SKIP() << "trueline-simulate is not built";
   const std::string config =
       (testing_simulation::ConfigFolder() / "hippodrome_exact.yaml").string();
-  const Outcome flown = RunProgram(
-      simulate, fmt::format("--config='{}' --out='{}'", config, (root_ / "flight").string()));
+  const Outcome flown = RunApp(
+      "simulate", fmt::format("--config='{}' --out='{}'", config, (root_ / "flight").string()));
   ASSERT_EQ(flown.exit_code, 0) << flown.err;
   const Outcome done =
       Run(fmt::format("--log='{}' --out='{}' --gamma_sweep=", (root_ / "flight").string(),

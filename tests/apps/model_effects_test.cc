@@ -1,9 +1,4 @@
 // Every effect that is declared for the IMU-driven model, through `--model` of the executables.
-#include <array>
-#include <cstdio>
-#include <filesystem>
-#include <string>
-
 #include "cost_functions/models/imu_driven_model.h"
 #include "problems/effects/declaration.h"
 #include "tests/apps/calibrate_app.h"
@@ -51,48 +46,43 @@ class ModelEffects : public CalibrateApp {
   static bool IsDrag(int i) { return kTheta[i].group == ParameterGroup::kDrag; }
 
   Outcome RunVerb(const std::string& verb, const std::string& flags) const {
-    return RunProgram(program_.parent_path() / ("trueline-" + verb),
-                      fmt::format("--model='{}' --out='{}' --quiet {}",
-                                  (root_ / "model.yaml").string(), (root_ / verb).string(), flags));
+    return RunApp(verb,
+                  fmt::format("--model='{}' --out='{}' --quiet {}", (root_ / "model.yaml").string(),
+                              (root_ / verb).string(), flags));
   }
 
   std::string Simulated() const {
     return fmt::format("--config='{}' --duration=4",
                        (testing_simulation::ConfigFolder() / "hippodrome.yaml").string());
   }
-  std::string Logged() const {
-    return fmt::format("--log='{}' --report=false", (root_ / "log").string());
+  // Each that takes a model, with its other flags.
+  std::vector<std::pair<std::string, std::string>> Verbs() const {
+    const std::string logged = fmt::format("--log='{}' --report=false", (root_ / "log").string());
+    return {
+        {"simulate", Simulated()}, {"diagnose", logged}, {"calibrate", logged + " --gamma_sweep="}};
   }
 };
 
 TEST_F(ModelEffects, SlowAllAreFlownCalibratedWithAndDiagnosedBeside) {
   WriteModel(Causes());
-  const Outcome flown = RunVerb("simulate", Simulated());
-  EXPECT_EQ(flown.exit_code, 0) << flown.err;
-  const Outcome calibrated = RunVerb("calibrate", Logged() + " --gamma_sweep=");
-  EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;
-  const Outcome diagnosed = RunVerb("diagnose", Logged());
-  EXPECT_EQ(diagnosed.exit_code, 0) << diagnosed.err;
+  for (const auto& [verb, flags] : Verbs()) {
+    const Outcome done = RunVerb(verb, flags);
+    EXPECT_EQ(done.exit_code, 0) << verb << done.err;
+  }
 }
 
 TEST_F(ModelEffects, SlowAMisspeltParameterOfEachIsRefused) {
   for (const EffectInfo& info : Causes()) {
     WriteModel({info}, info.parameters.front().name);
-    for (const auto& [verb, flags] : {std::pair{"simulate", Simulated()},
-                                      {"diagnose", Logged()},
-                                      {"calibrate", Logged() + " --gamma_sweep="}}) {
-      const Outcome refused = RunVerb(verb, flags);
-      EXPECT_EQ(refused.exit_code, 2) << verb << " " << info.id;
-      EXPECT_THAT(refused.err, HasSubstr(info.parameters.front().name)) << verb;
+    for (const auto& [verb, flags] : Verbs()) {
+      EXPECT_THAT(RunVerb(verb, flags), Refuses(info.parameters.front().name)) << verb << info.id;
     }
   }
 }
 
 TEST_F(ModelEffects, SlowATermIsFlownCalibratedWithAndDiagnosedBeside) {
   WriteModelWithTerm("lag(q;0.3)", "m/s^2 for each rad/s");
-  for (const auto& [verb, flags] : {std::pair{"simulate", Simulated()},
-                                    {"diagnose", Logged()},
-                                    {"calibrate", Logged() + " --gamma_sweep="}}) {
+  for (const auto& [verb, flags] : Verbs()) {
     const Outcome done = RunVerb(verb, flags);
     EXPECT_EQ(done.exit_code, 0) << verb << done.err;
   }
@@ -102,37 +92,28 @@ TEST_F(ModelEffects, SlowATermIsFlownCalibratedWithAndDiagnosedBeside) {
 
 TEST_F(ModelEffects, SlowATermThatIsNotKnownIsRefused) {
   WriteModelWithTerm("pitch_rate", "m/s^2 for each rad/s");
-  for (const auto& [verb, flags] : {std::pair{"simulate", Simulated()},
-                                    {"diagnose", Logged()},
-                                    {"calibrate", Logged() + " --gamma_sweep="}}) {
-    const Outcome refused = RunVerb(verb, flags);
-    EXPECT_EQ(refused.exit_code, 2) << verb;
-    EXPECT_THAT(refused.err, HasSubstr("model.yaml:")) << verb;
-    EXPECT_THAT(refused.err, HasSubstr("'pitch_rate' is not known")) << verb;
+  for (const auto& [verb, flags] : Verbs()) {
+    EXPECT_THAT(RunVerb(verb, flags),
+                Ends(2, AllOf(HasSubstr("model.yaml:"), HasSubstr("'pitch_rate' is not known"))))
+        << verb;
   }
 }
 
 // A rotor-driven flight states its effects in its configuration.
 TEST_F(ModelEffects, SimulateRefusesAModelThatItWouldNotFly) {
   WriteModel({});
-  const Outcome refused = RunVerb("simulate", fmt::format("--config='{}'", TRUELINE_TEST_SOURCE_DIR
-                                                          "/config/rotors/random.yaml"));
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("--model"));
+  EXPECT_THAT(RunVerb("simulate", fmt::format("--config='{}'", TRUELINE_TEST_SOURCE_DIR
+                                              "/config/rotors/random.yaml")),
+              Refuses("--model"));
 }
 
 // --- trueline-effects: what it lists.
 
 TEST(EffectsApp, DescribesTheTermsOfTheOpenCatalogue) {
-  const auto program = std::filesystem::path(TRUELINE_TEST_APPS_DIR) / "trueline-effects";
-  if (!std::filesystem::exists(program)) GTEST_SKIP() << program << " is not built";
-  std::FILE* pipe = popen((program.string() + " --id=term").c_str(), "r");
-  ASSERT_NE(pipe, nullptr);
-  std::string text;
-  std::array<char, 256> line;
-  while (std::fgets(line.data(), line.size(), pipe) != nullptr) text += line.data();
-  EXPECT_EQ(pclose(pipe), 0);
-  EXPECT_THAT(text, testing::StartsWith("term: where, with, size"));
+  if (!std::filesystem::exists(App("effects"))) GTEST_SKIP() << "it is not built";
+  const Outcome listed = RunApp("effects", "--id=term");
+  EXPECT_EQ(listed.exit_code, 0);
+  EXPECT_THAT(listed.out, testing::StartsWith("term: where, with, size"));
 }
 
 }  // namespace

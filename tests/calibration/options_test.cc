@@ -113,8 +113,7 @@ TEST(VgdOptions, EveryShippedFileRunsAFlight) {
     SCOPED_TRACE(entry.path().string());
     if (entry.path().filename().string().starts_with("rotors")) continue;  // of the other drive
     const VgdOptions options = FromYaml<EstimatorOptions>(YamlMap::FromFile(entry.path())).vgd;
-    SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-    config.duration = 15.0;
+    SimulationConfig config = testing_simulation::ReadShipped("hippodrome", 15.0);
     const testing_vgd::Flight flight(config, 3, options);
     const EstimatorRun run = RunVgd(flight.data, options);
     ASSERT_FALSE(run.windows.empty());

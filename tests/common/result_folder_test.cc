@@ -10,7 +10,7 @@
 
 #include "problems/common/atomic_file.h"
 #include "problems/common/verbs.h"
-#include "tests/common/test_files.h"
+#include "tests/common/run_program.h"
 
 namespace trueline {
 namespace {
@@ -147,20 +147,6 @@ TEST_F(ResultFolders, NamesTheFinalFolderInMessages) {
             (out_ / "imu.csv").string() + ":3: NaN");
 }
 
-struct RunResult {
-  int exit_code;
-  std::string output;
-};
-
-RunResult RunShell(const std::string& command) {
-  RunResult result{-1, ""};
-  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-  char buffer[256];
-  while (fgets(buffer, sizeof buffer, pipe)) result.output += buffer;
-  result.exit_code = WEXITSTATUS(pclose(pipe));
-  return result;
-}
-
 // Two folders with small programs as verbs.
 class Verbs : public ::testing::Test {
  protected:
@@ -179,7 +165,7 @@ class Verbs : public ::testing::Test {
     std::ofstream(path) << "#!/bin/sh\n" << script << "\n";
     fs::permissions(path, fs::perms::owner_all);
   }
-  RunResult RunTrueline(const std::string& arguments) const {
+  Outcome RunTrueline(const std::string& arguments) const {
     return RunShell("PATH='" + (root_ / "first").string() +
                     "':\"$PATH\" '" TRUELINE_TEST_APPS_DIR "/trueline' " + arguments);
   }
@@ -207,21 +193,19 @@ TEST_F(Verbs, SayInOneLineWhatTheyDo) {
 }
 
 TEST_F(Verbs, AreListedByTheDispatcher) {
-  const RunResult result = RunTrueline("--help");
+  const Outcome result = RunTrueline("--help");
   EXPECT_EQ(result.exit_code, 0);
-  EXPECT_THAT(result.output, HasSubstr("measure      Measures it\n"));
+  EXPECT_THAT(result.out, HasSubstr("measure      Measures it\n"));
 }
 
 TEST_F(Verbs, GetTheirArgumentsAndGiveTheirExitCode) {
-  const RunResult result = RunTrueline("repeat --log='a b' --quiet");
+  const Outcome result = RunTrueline("repeat --log='a b' --quiet");
   EXPECT_EQ(result.exit_code, 3);
-  EXPECT_EQ(result.output, "[--log=a b][--quiet]");
+  EXPECT_EQ(result.out + result.err, "[--log=a b][--quiet]");
 }
 
 TEST_F(Verbs, ThatAreUnknownExitWithTwoAndASuggestion) {
-  const RunResult result = RunTrueline("mesure");
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.output, HasSubstr("did you mean `trueline measure`?"));
+  EXPECT_THAT(RunTrueline("mesure"), Refuses("did you mean `trueline measure`?"));
   EXPECT_EQ(RunTrueline("").exit_code, 2);
 }
 

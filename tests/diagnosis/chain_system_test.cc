@@ -16,9 +16,7 @@ namespace {
 class ShortChain : public testing::Test {
  protected:
   void SetUp() override {
-    SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-    config.duration = 22.0;
-    flown_ = testing_simulation::Fly(config, 4);
+    flown_ = testing_simulation::Fly(testing_simulation::ReadShipped("hippodrome", 22.0), 4);
     data_ = std::make_unique<FlightData>(flown_.log, options_.drive, options_.passes,
                                          options_.drag_measurement);
     plan_ = FlightPlan::For(*data_, options_);

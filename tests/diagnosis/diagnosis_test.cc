@@ -151,10 +151,8 @@ TEST(Diagnose, SlowNamesOneEffectOfEachKind) {
 // Two gates that each lap passes alike: biases of the accelerometer imitate the error, and the
 // flight alone shows none of it. The gyroscope does.
 TEST(Diagnose, SlowNamesAnErrorOfTheAttitudeThatConstantsImitate) {
-  SimulationConfig config = testing_simulation::ReadShipped("figure_eight");
-  config.effects = {{"ahrs_acceleration_error", {{"k", 0.8}}}};
-  config.duration = 110.0;
-  FlightLog log = testing_simulation::Fly(config, 5).log;
+  FlightLog log = testing_simulation::LogOf("figure_eight", 110.0, 5,
+                                            {{"ahrs_acceleration_error", {{"k", 0.8}}}});
   log.mocap.clear();
   const Diagnosis diagnosis = DiagnoseQuickly(log);
   ASSERT_EQ(diagnosis.causes.size(), 1U);
@@ -314,8 +312,8 @@ TEST(Diagnose, SlowNamesATiltThatIsStatedTooLarge) {
 // 23 deg in 100 s. A slow wander of the heading explains the fixes nearly as well where the slope
 // of the drift is taken at too large a step.
 TEST(Diagnose, SlowNamesADriftOfTheHeadingWithoutMocap) {
-  SimulationConfig config = testing_simulation::ReadShipped("fast");
-  config.effects = {{"heading_drift", {{"d", 0.004}}}};
+  SimulationConfig config =
+      testing_simulation::ReadShipped("fast", 0.0, {{"heading_drift", {{"d", 0.004}}}});
   for (const std::uint64_t seed : {31, 32}) {
     FlightLog log = testing_simulation::Fly(config, seed).log;
     log.mocap.clear();

@@ -21,8 +21,7 @@ struct Replayed {
 };
 
 Replayed ReplayFlight(const std::vector<Effect>& effects) {
-  SimulationConfig config = testing_simulation::ReadShipped("iros2016");
-  config.duration = 60.0;
+  SimulationConfig config = testing_simulation::ReadShipped("iros2016", 60.0);
   config.effects = effects;
   config.detector.sigma_factor = 0.02;
   Replayed out{testing_simulation::Fly(config, 4), {}};

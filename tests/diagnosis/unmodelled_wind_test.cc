@@ -119,9 +119,8 @@ TEST(UnmodelledWind, SlowIndoorsIsNotAsked) {
 
 // Too few passes for the base fit.
 TEST(UnmodelledWind, AShortFlightIsNotTold) {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = 8.0;
-  config.effects = {{"wind", {{"w_x", 4.0}, {"w_y", -3.0}}}};
+  SimulationConfig config =
+      testing_simulation::ReadShipped("hippodrome", 8.0, {{"wind", {{"w_x", 4.0}, {"w_y", -3.0}}}});
   EXPECT_FALSE(Tells(CalibrateAndAsk(testing_simulation::Fly(config, 22).log).calibration));
 }
 

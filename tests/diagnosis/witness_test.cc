@@ -18,8 +18,7 @@ struct Stated {
 };
 
 FlightLog FlyFor(double seconds, const std::vector<Stated>& hidden, std::uint64_t seed) {
-  SimulationConfig config = testing_simulation::ReadShipped("iros2016");
-  config.duration = seconds;
+  SimulationConfig config = testing_simulation::ReadShipped("iros2016", seconds);
   for (const Stated& effect : hidden) config.effects.push_back({effect.id, effect.values});
   return testing_simulation::Fly(config, seed).log;
 }
@@ -296,8 +295,8 @@ TEST(Witness, SlowARefutedCauseIsSetAside) {
 }
 
 TEST(Diagnose, SlowNoWindIsLookedForIndoors) {
-  SimulationConfig config = testing_simulation::ReadShipped("iros2016");
-  config.effects = {{"wind", {{"w_x", 1.0}, {"w_y", -0.6}}}};
+  SimulationConfig config =
+      testing_simulation::ReadShipped("iros2016", 0.0, {{"wind", {{"w_x", 1.0}, {"w_y", -0.6}}}});
   config.detector.sigma_factor = 0.05;
   FlightLog log = testing_simulation::Fly(config, 22).log;
   log.environment = "indoors";

@@ -17,8 +17,7 @@ const Eigen::Vector3d kAccelBias(0.12, -0.10, 0.15), kGyroBias(0.006, -0.004, 0.
 
 const FlightLog& Hippodrome() {
   static const FlightLog log = [] {
-    SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-    config.duration = 50.0;
+    SimulationConfig config = testing_simulation::ReadShipped("hippodrome", 50.0);
     config.warm_up = 5.0;
     config.imu.rate = 256.0;
     config.imu.accel_bias = kAccelBias;
@@ -80,8 +79,7 @@ TEST(EkfRunTest, IsCausal) {
 
 // Like the windows of other estimators: an arc's prediction uses no fix of the arc, later ones do.
 TEST(EkfRunTest, UsesWithheldFixesOnceTheirArcIsJudged) {
-  SimulationConfig config = testing_simulation::ReadShipped("gnss");
-  config.duration = 40.0;
+  SimulationConfig config = testing_simulation::ReadShipped("gnss", 40.0);
   const FlightLog log = Simulate(config, 4);
   const FlightData flight = DataOf(log);
   ASSERT_TRUE(flight.continuous);

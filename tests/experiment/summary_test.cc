@@ -115,8 +115,7 @@ TEST(Summary, MedianTimeIsInfiniteWhereMostFlightsNeverConverge) {
 // --- VGD on flights for which its model is exact must reach the Cramer-Rao bound, and not beat it.
 
 SimulationConfig ExactHippodrome() {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome_exact");
-  config.duration = 16.0;
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome_exact", 16.0);
   config.warm_up = 5.0;
   config.imu.rate = 256.0;
   // Table 2's ranges, whose mean and sigma VGD's priors have.

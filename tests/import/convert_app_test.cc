@@ -1,25 +1,16 @@
 // trueline-convert as a user runs it: exit codes, table, silence.
-#include <sys/wait.h>
-
-#include <cstdlib>
 #include <sstream>
 
-#include "tests/common/test_files.h"
+#include "tests/common/run_program.h"
 #include "tests/import/import_files.h"
 
 namespace trueline {
 namespace {
 
-struct Outcome {
-  int exit_code;
-  std::string out, err;
-};
-
 class ConvertApp : public testing::Test {
  protected:
   void SetUp() override {
-    program_ = std::string(TRUELINE_TEST_APPS_DIR) + "/trueline-convert";
-    if (!std::filesystem::exists(program_)) GTEST_SKIP() << program_ << " is not built";
+    if (!std::filesystem::exists(App("convert"))) GTEST_SKIP() << "it is not built";
     map_ = files_.Write("map.yaml",
                         "inputs: {log: {time: {column: t}}}\n"
                         "streams:\n"
@@ -34,19 +25,13 @@ class ConvertApp : public testing::Test {
     std::filesystem::remove(out_);
   }
 
-  Outcome Run(const std::string& arguments) const {
-    const std::string out = files_.Write("stdout", "");
-    const std::string err = files_.Write("stderr", "");
-    const int status =
-        std::system(fmt::format("'{}' {} >'{}' 2>'{}'", program_, arguments, out, err).c_str());
-    return {WEXITSTATUS(status), ReadText(out), ReadText(err)};
-  }
+  static Outcome Run(const std::string& arguments) { return RunApp("convert", arguments); }
   std::string Usual() const {
     return fmt::format("--map='{}' --in='{}' --out='{}'", map_, csv_, out_);
   }
 
   ImportFiles files_;
-  std::string program_, map_, csv_, out_;
+  std::string map_, csv_, out_;
 };
 
 TEST_F(ConvertApp, AFilesNameMayHaveACommaInIt) {
@@ -70,9 +55,7 @@ TEST_F(ConvertApp, ReadsCsvThatIsCompressed) {
   EXPECT_EQ(Run(Usual()).exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(out_ + "/log.yaml"));
   std::filesystem::resize_file(csv_, std::filesystem::file_size(csv_) / 2);
-  const Outcome cut = Run(Usual());
-  EXPECT_EQ(cut.exit_code, 2);
-  EXPECT_THAT(cut.err, HasSubstr("log.csv.gz: is damaged or cut off (gzip)"));
+  EXPECT_THAT(Run(Usual()), Refuses("log.csv.gz: is damaged or cut off (gzip)"));
 }
 
 // The columns of IMU and trajectory, for which a map ships, read by another map.
@@ -85,11 +68,9 @@ TEST_F(ConvertApp, SaysWhichMapFits) {
   }
   csv_ = files_.Write("square.csv", text);
   map_ = std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/idsia_nanodrone.yaml";
-  const Outcome other = Run(Usual());
-  EXPECT_EQ(other.exit_code, 2);
-  EXPECT_THAT(other.err, AllOf(HasSubstr("there is no column 'x_mocap'"),
-                               HasSubstr("its columns are those of "),
-                               HasSubstr("config/import/idsia_nanodrone_square.yaml")));
+  EXPECT_THAT(Run(Usual()), Ends(2, AllOf(HasSubstr("there is no column 'x_mocap'"),
+                                          HasSubstr("its columns are those of "),
+                                          HasSubstr("config/import/idsia_nanodrone_square.yaml"))));
 }
 
 TEST_F(ConvertApp, KeepsTheMapThatAUserEdited) {
@@ -103,17 +84,14 @@ TEST_F(ConvertApp, KeepsTheMapThatAUserEdited) {
 
 TEST_F(ConvertApp, RefusesAnInputInItsOwnFolder) {
   const std::string in = std::filesystem::path(csv_).parent_path();
-  const Outcome refused = Run(fmt::format("--map='{}' --in='{}' --out='{}'", map_, csv_, in));
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("lies in --out"));
+  EXPECT_THAT(Run(fmt::format("--map='{}' --in='{}' --out='{}'", map_, csv_, in)),
+              Refuses("lies in --out"));
   EXPECT_TRUE(std::filesystem::exists(csv_));
 }
 
 TEST_F(ConvertApp, RefusesNamesThatFitNoColumns) {
   files_.Write("log.csv", "t,a,x\n1,0.0,0,1\n2,0.1,0,2\n");
-  const Outcome refused = Run(Usual());
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("names 3 columns where the rows have 4"));
+  EXPECT_THAT(Run(Usual()), Refuses("names 3 columns where the rows have 4"));
 }
 
 TEST_F(ConvertApp, IsQuietWhereAsked) {
@@ -145,22 +123,17 @@ TEST_F(ConvertApp, TakesSettingsOfFixesFromFlags) {
 }
 
 TEST_F(ConvertApp, RefusesBadInput) {
-  const Outcome none = Run("");
-  EXPECT_EQ(none.exit_code, 2);
-  EXPECT_THAT(none.err, HasSubstr("--map, --in and --out are needed"));
+  EXPECT_THAT(Run(""), Refuses("--map, --in and --out are needed"));
   files_.Write("log.csv", "t,a,x\n1,0,0\n0,0,0\n");
-  const Outcome unsorted = Run(Usual());
-  EXPECT_EQ(unsorted.exit_code, 2);
-  EXPECT_THAT(unsorted.err, HasSubstr("log.csv:3: column 't'"));
+  EXPECT_THAT(Run(Usual()), Refuses("log.csv:3: column 't'"));
   EXPECT_FALSE(std::filesystem::exists(out_));
 }
 
 TEST_F(ConvertApp, SaysThatALogIsNative) {
   ASSERT_EQ(Run(Usual()).exit_code, 0);
   for (const std::string& map : {std::string(), fmt::format("--map='{}'", map_)}) {
-    const Outcome again = Run(fmt::format("{} --in='{}' --out='{}2'", map, out_, out_));
-    EXPECT_EQ(again.exit_code, 2);
-    EXPECT_THAT(again.err, HasSubstr("is a native log already"));
+    EXPECT_THAT(Run(fmt::format("{} --in='{}' --out='{}2'", map, out_, out_)),
+                Refuses("is a native log already"));
   }
 }
 
@@ -174,15 +147,12 @@ TEST_F(ConvertApp, ListsALogAndProposesAMap) {
 
 TEST_F(ConvertApp, RefusesABinaryLogForAMapOfCsv) {
   files_.Write("log.csv", std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0'));
-  const Outcome wrong = Run(Usual());
-  EXPECT_EQ(wrong.exit_code, 2);
-  EXPECT_THAT(wrong.err, HasSubstr("is of format ulog, where"));
+  EXPECT_THAT(Run(Usual()), Refuses("is of format ulog, where"));
 }
 
 TEST_F(ConvertApp, SaysThatNoMapFits) {
-  const Outcome none = Run(fmt::format("--in='{}' --out='{}'", csv_, out_));
-  EXPECT_EQ(none.exit_code, 3);
-  EXPECT_THAT(none.err, HasSubstr("has no accelerometer and gyroscope by the names of its fields"));
+  EXPECT_THAT(Run(fmt::format("--in='{}' --out='{}'", csv_, out_)),
+              Ends(3, HasSubstr("has no accelerometer and gyroscope by the names of its fields")));
   EXPECT_THAT(ReadText(out_ + "/proposed_map.yaml"),
               HasSubstr("inputs:\n  log: {delimiter: \",\""));
   EXPECT_FALSE(std::filesystem::exists(out_ + "/log.yaml"));

@@ -30,8 +30,7 @@ TEST(FirstLook, AGoodLogGivesNoFinding) { EXPECT_THAT(FirstLook(Hippodrome()), I
 
 // Fixes of a receiver are late and err together: neither is a fault of accelerometer or attitude.
 TEST(FirstLook, LateFixesOfAReceiverAccuseNoOtherSensor) {
-  SimulationConfig config = testing_simulation::ReadShipped("gnss");
-  config.duration = 60.0;
+  SimulationConfig config = testing_simulation::ReadShipped("gnss", 60.0);
   for (const std::string& finding : FirstLook(testing_simulation::Fly(config, 1).log)) {
     EXPECT_THAT(finding, HasSubstr("fixes.csv"));
   }
@@ -63,8 +62,7 @@ TEST(FirstLook, FindsPositionsInMillimetres) {
 // Laps of another speed agree somewhat at some lag, which is no clock's.
 TEST(FirstLook, MocapOfAnotherFlightIsNoClock) {
   FlightLog log = Hippodrome();
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = 30.0;
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome", 30.0);
   for (auto& point : config.course.points) point.speed *= 1.25, point.turn_speed *= 1.25;
   log.mocap = testing_simulation::Fly(config, 6).log.mocap;
   EXPECT_THAT(FirstLook(log), Contains(HasSubstr("rates_disagree (fatal)")));

@@ -239,9 +239,7 @@ void ThinImu(std::size_t count, FlightLog* log) {
   log->imu = few;
 }
 
-FlightLog LongLog() {
-  return testing_simulation::Fly(testing_simulation::ReadShipped("hippodrome"), 3).log;
-}
+FlightLog LongLog() { return testing_simulation::LogOf("hippodrome", 0.0, 3); }
 
 // The mean force in earth is gravity; a bias of 0.9 g beside positions in another unit is not.
 TEST(Inspect, RepairsTheAccelerometersUnitBeforeItJudgesPositions) {
@@ -306,9 +304,7 @@ TEST(Inspect, NamesTheUnitOfAllStampsTogether) {
 
 // A drift that turns the heading by 17 deg on average is no offset, which a map would turn.
 TEST(Inspect, AHeadingThatDriftsIsNoOffset) {
-  SimulationConfig config = testing_simulation::ReadShipped("fast");
-  config.effects = {{"heading_drift", {{"d", 0.006}}}};
-  FlightLog log = testing_simulation::Fly(config, 1).log;
+  FlightLog log = testing_simulation::LogOf("fast", 0.0, 1, {{"heading_drift", {{"d", 0.006}}}});
   log.mocap.clear();
   const Inspection inspection = Inspect(log, {});
   EXPECT_THAT(Harmful(inspection), Contains("heading_drift of attitude"));
@@ -320,9 +316,8 @@ TEST(Inspect, AHeadingThatDriftsIsNoOffset) {
 // laps of one direction.
 TEST(Inspect, AFilterThatFollowsAccelerationIsNoHeading) {
   for (const char* course : {"hippodrome", "iros2016"}) {
-    SimulationConfig config = testing_simulation::ReadShipped(course);
-    config.effects = {{"ahrs_acceleration_error", {{"k", 0.5}}}};
-    FlightLog log = testing_simulation::Fly(config, 1).log;
+    FlightLog log =
+        testing_simulation::LogOf(course, 0.0, 1, {{"ahrs_acceleration_error", {{"k", 0.5}}}});
     log.mocap.clear();
     const Inspection inspection = Inspect(log, {});
     EXPECT_THAT(Harmful(inspection), Not(Contains("heading_offset of attitude")));
@@ -438,7 +433,7 @@ FlightLog GoodWithoutMocap() {
   return log;
 }
 FlightLog FastWithoutMocap() {
-  FlightLog log = testing_simulation::Fly(testing_simulation::ReadShipped("fast"), 1).log;
+  FlightLog log = testing_simulation::LogOf("fast", 0.0, 1);
   log.mocap.clear();
   return log;
 }

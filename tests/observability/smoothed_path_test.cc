@@ -81,8 +81,7 @@ double SigmaOfDrag(const FlightLog& log) {
 
 // Noise of fixes that passes for motion made this bound fifty times too small.
 TEST(ObserveLog, SlowFixesWithoutMocapGiveABoundOfTheSameOrder) {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = 40.0;
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome", 40.0);
   FlightLog log = Simulate(config, 1);
   ASSERT_FALSE(log.mocap.empty());
   const double with = SigmaOfDrag(log);
@@ -91,8 +90,7 @@ TEST(ObserveLog, SlowFixesWithoutMocapGiveABoundOfTheSameOrder) {
 }
 
 TEST(ObserveLog, AFlightWithoutAttitudeIsAskedByTheProgramsOwnFilter) {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = 15.0;
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome", 15.0);
   FlightLog log = Simulate(config, 1);
   log.attitude.clear();
   const auto cases = RunObserveLog(log, std::nullopt, nullptr);

@@ -122,9 +122,9 @@ TEST(Variant, RefusesWhatWouldChangeNothingOrMeansNothing) {
   EXPECT_THAT(error("hippodrome_exact", "heading_error", 0.2), HasSubstr("of another kind"));
   EXPECT_THAT(error("hippodrome", "tilt_gain", -5.0), HasSubstr("above zero"));
   EXPECT_THAT(error("hippodrome", "turbulence_memory", -5.0), HasSubstr("zero or above"));
-  SimulationConfig config = ReadShipped("hippodrome");
-  config.effects = {
-      {"false_gate", {{"fraction", 0.1}, {"gate", -1}, {"dx", 0}, {"dy", 1}, {"dz", 0}}}};
+  SimulationConfig config = ReadShipped(
+      "hippodrome", 0.0,
+      {{"false_gate", {{"fraction", 0.1}, {"gate", -1}, {"dx", 0}, {"dy", 1}, {"dz", 0}}}});
   config.randomise = {{"false_gate.fraction", {3.0, 3.0}}};
   EXPECT_THAT(trueline::ErrorOf([&] { DrawVariant(config, 1); }), HasSubstr("no share"));
 }

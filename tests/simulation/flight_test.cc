@@ -31,9 +31,7 @@ double OffHippodrome(const Vector3d& p) {
 }
 
 TEST(Flight, StaysOnTheHippodromeAtItsSpeed) {
-  SimulationConfig config = ReadShipped("hippodrome");
-  config.duration = 30.0;
-  const Flown flown = Fly(config);
+  const Flown flown = Fly(ReadShipped("hippodrome", 30.0));
   for (const simulation::TruthSample& sample : flown.truth.trajectory) {
     EXPECT_LT(OffHippodrome(sample.p_E), 0.15) << "at " << sample.t << " s";
     EXPECT_NEAR(sample.v_E.norm(), 1.8, 0.2) << "at " << sample.t << " s";
@@ -58,8 +56,7 @@ TEST(Flight, HeadsAlongThePathAndBanksIntoTheTurn) {
 }
 
 TEST(Flight, SpecificForceIntegratesToTheTruePath) {
-  SimulationConfig config = ReadShipped("hippodrome");
-  config.duration = 10.0;
+  SimulationConfig config = ReadShipped("hippodrome", 10.0);
   const auto samples = Fly(config).truth.trajectory;
   Vector3d p = samples[0].p_E, v = samples[0].v_E;
   for (std::size_t i = 1; i < samples.size(); ++i) {
@@ -114,8 +111,7 @@ TEST(Flight, ExactFlightObeysEquations6To9) {
 }
 
 TEST(Flight, SameSeedSameBytesOtherSeedOtherNoise) {
-  SimulationConfig config = ReadShipped("hippodrome");
-  config.duration = 5.0;
+  SimulationConfig config = ReadShipped("hippodrome", 5.0);
   const FlightLog a = Simulate(config, 7), b = Simulate(config, 7), c = Simulate(config, 8);
   ASSERT_EQ(a.imu.size(), b.imu.size());
   for (std::size_t i = 0; i < a.imu.size(); ++i) ASSERT_EQ(a.imu[i].accel, b.imu[i].accel);
@@ -126,8 +122,7 @@ TEST(Flight, SameSeedSameBytesOtherSeedOtherNoise) {
 }
 
 TEST(Flight, StreamsKeepTheirRates) {
-  SimulationConfig config = ReadShipped("figure_eight");
-  config.duration = 10.0;
+  SimulationConfig config = ReadShipped("figure_eight", 10.0);
   const FlightLog log = Simulate(config, 1);
   EXPECT_EQ(log.imu.size(), 5121U);
   EXPECT_EQ(log.mocap.size(), 1201U);
@@ -140,8 +135,7 @@ TEST(Flight, StreamsKeepTheirRates) {
 
 // Sum of k_f u equals the true thrust, so rotors.csv is usable.
 TEST(Flight, LoggedRotorsMakeTheThrust) {
-  SimulationConfig config = ReadShipped("figure_eight");
-  config.duration = 5.0;
+  SimulationConfig config = ReadShipped("figure_eight", 5.0);
   config.sensors["rotors"]["rate"] = 512.0;
   const Flown flown = Fly(config);
   ASSERT_TRUE(flown.log.vehicle.has_value());

@@ -11,8 +11,7 @@ namespace {
 using Eigen::Vector3d;
 
 SimulationConfig Hover(double duration) {
-  SimulationConfig config = ReadShipped("hover");
-  config.duration = duration;
+  SimulationConfig config = ReadShipped("hover", duration);
   return config;
 }
 
@@ -93,8 +92,7 @@ TEST(Sensors, VibrationFoldsDownAtTheImuRate) {
 }
 
 TEST(Sensors, FixNoiseFollowsDistance) {
-  SimulationConfig config = ReadShipped("hippodrome_exact");
-  const Flown flown = Fly(config, 5);
+  const Flown flown = Fly(ReadShipped("hippodrome_exact"), 5);
   double squares = 0.0;
   for (const Fix& fix : flown.log.fixes) {
     const auto index = static_cast<std::size_t>(std::lround(ToSeconds(fix.t) * 512.0));
@@ -110,8 +108,7 @@ TEST(Sensors, FixNoiseFollowsDistance) {
 }
 
 TEST(Sensors, OutliersHaveTheirShare) {
-  SimulationConfig config = ReadShipped("hippodrome_exact");
-  config.duration = 60.0;
+  SimulationConfig config = ReadShipped("hippodrome_exact", 60.0);
   config.detector.outlier_share = 0.2;
   config.detector.outlier_size = 50.0;
   const Flown flown = Fly(config, 2);

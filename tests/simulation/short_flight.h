@@ -13,8 +13,14 @@ inline std::filesystem::path ConfigFolder() {
   return std::filesystem::path(TRUELINE_TEST_SOURCE_DIR) / "config/simulate";
 }
 
-inline SimulationConfig ReadShipped(const std::string& name) {
-  return ReadSimulationConfig(YamlMap::FromFile(ConfigFolder() / (name + ".yaml")));
+// Without `seconds` as long as it ships.
+inline SimulationConfig ReadShipped(const std::string& name, double seconds = 0.0,
+                                    const std::vector<Effect>& effects = {}) {
+  SimulationConfig config =
+      ReadSimulationConfig(YamlMap::FromFile(ConfigFolder() / (name + ".yaml")));
+  if (seconds > 0.0) config.duration = seconds;
+  if (!effects.empty()) config.effects = effects;
+  return config;
 }
 
 // The exact hippodrome, without noise in the fixes, 12 s after 5 s of settling.
@@ -38,11 +44,9 @@ inline Flown Fly(const SimulationConfig& config, std::uint64_t seed = 1) {
   return flown;
 }
 
-// The log of `seconds` of a flight that ships.
-inline FlightLog LogOf(const std::string& name, double seconds, std::uint64_t seed) {
-  SimulationConfig config = ReadShipped(name);
-  config.duration = seconds;
-  return Fly(config, seed).log;
+inline FlightLog LogOf(const std::string& name, double seconds, std::uint64_t seed,
+                       const std::vector<Effect>& effects = {}) {
+  return Fly(ReadShipped(name, seconds, effects), seed).log;
 }
 
 inline Flown FlyWith(const std::string& id, const std::map<std::string, double>& values) {

@@ -1,9 +1,7 @@
 // trueline-export and trueline-audit as a user runs them: exit codes, messages, result files.
-#include <fmt/format.h>
-#include <sys/wait.h>
 #include <yaml-cpp/yaml.h>
 
-#include "tests/common/test_files.h"
+#include "tests/common/run_program.h"
 
 namespace trueline {
 namespace {
@@ -11,8 +9,8 @@ namespace {
 class SimulatorApps : public testing::Test {
  protected:
   void SetUp() override {
-    for (const char* name : {"trueline-audit", "trueline-export"}) {
-      if (!std::filesystem::exists(Program(name))) GTEST_SKIP() << name << " is not built";
+    for (const char* verb : {"audit", "export"}) {
+      if (!std::filesystem::exists(App(verb))) GTEST_SKIP() << verb << " is not built";
     }
     // What a calibration of the rotor drive writes.
     std::ofstream(folder_ / "model.yaml") << R"(parameters:
@@ -32,64 +30,56 @@ provenance:
       - {position: [-0.071, 0.08, 0], spin: 1, k_f: 3.8e-7, k_m: 3.6e-9}
 )";
   }
-  static std::filesystem::path Program(const std::string& name) {
-    return std::filesystem::path(TRUELINE_TEST_APPS_DIR) / name;
+  Outcome Run(const std::string& verb, const std::string& arguments) const {
+    return RunShell(fmt::format("cd '{}' && '{}' {}", folder_.directory().string(),
+                                App(verb).string(), arguments));
   }
-  int Run(const std::string& program, const std::string& arguments) {
-    const int status =
-        std::system(fmt::format("cd '{}' && '{}' {} >out 2>err", folder_.directory().string(),
-                                Program(program).string(), arguments)
-                        .c_str());
-    return WEXITSTATUS(status);
-  }
-  std::string Err() const { return ReadText(folder_ / "err"); }
 
   TestFolder folder_;
 };
 
 TEST_F(SimulatorApps, ExportWritesTheFileAndWhatIsLost) {
-  ASSERT_EQ(Run("trueline-export", "--model=model.yaml --to=gz --out=v.sdf"), 0) << Err();
-  EXPECT_THAT(Err(), HasSubstr("thrust_sag"));
+  ASSERT_THAT(Run("export", "--model=model.yaml --to=gz --out=v.sdf"),
+              Ends(0, HasSubstr("thrust_sag")));
   EXPECT_THAT(ReadText(folder_ / "v.sdf"), HasSubstr("<motorConstant>3.876e-07</motorConstant>"));
   const YAML::Node lost = YAML::LoadFile((folder_ / "v.sdf.lost.yaml").string());
   EXPECT_EQ(lost["target"].as<std::string>(), "gz");
   EXPECT_GE(lost["lost"].size(), 2U);
-  EXPECT_EQ(Run("trueline-export", "--to=list"), 0);
-  EXPECT_THAT(ReadText(folder_ / "out"), HasSubstr("crazyflow"));
+  const Outcome listed = Run("export", "--to=list");
+  EXPECT_EQ(listed.exit_code, 0);
+  EXPECT_THAT(listed.out, HasSubstr("crazyflow"));
 }
 
 TEST_F(SimulatorApps, ExportRefusesBadInput) {
-  EXPECT_EQ(Run("trueline-export", "--model=model.yaml --to=unreal --out=v"), 2);
-  EXPECT_THAT(Err(), HasSubstr("px4_sih"));
-  EXPECT_EQ(Run("trueline-export", "--model=none.yaml --to=gz --out=v"), 2);
-  EXPECT_EQ(Run("trueline-export", "--to=gz"), 2);
+  EXPECT_THAT(Run("export", "--model=model.yaml --to=unreal --out=v"), Refuses("px4_sih"));
+  EXPECT_EQ(Run("export", "--model=none.yaml --to=gz --out=v").exit_code, 2);
+  EXPECT_EQ(Run("export", "--to=gz").exit_code, 2);
   std::ofstream(folder_ / "imu.yaml")
       << "parameters: {K_x: {value: -0.3}}\nprovenance: {config: {}}\n";
-  EXPECT_EQ(Run("trueline-export", "--model=imu.yaml --to=gz --out=v"), 2);
-  EXPECT_THAT(Err(), HasSubstr("--drive=rotors"));
-  EXPECT_EQ(Run("trueline-export", "--model=. --to=gz --out=v"), 2);
-  EXPECT_THAT(Err(), HasSubstr("give the model.yaml in it"));
+  EXPECT_THAT(Run("export", "--model=imu.yaml --to=gz --out=v"), Refuses("--drive=rotors"));
+  EXPECT_THAT(Run("export", "--model=. --to=gz --out=v"), Refuses("give the model.yaml in it"));
 }
 
 TEST_F(SimulatorApps, ExportWarnsOfABodyThatCannotBe) {
   std::string text = ReadText(folder_ / "model.yaml");
   text.replace(text.find("I_z: {mean: 0.0011"), 18, "I_z: {mean: 0.0031");
   std::ofstream(folder_ / "model.yaml") << text;
-  EXPECT_EQ(Run("trueline-export", "--model=model.yaml --to=gz --out=v.sdf"), 0);
-  EXPECT_THAT(Err(), HasSubstr("no body has this inertia: I_z"));
+  EXPECT_THAT(Run("export", "--model=model.yaml --to=gz --out=v.sdf"),
+              Ends(0, HasSubstr("no body has this inertia: I_z")));
 }
 
 TEST_F(SimulatorApps, AuditOfAFileAlone) {
-  ASSERT_EQ(Run("trueline-export", "--model=model.yaml --to=rotorpy --out=v.yaml"), 0) << Err();
+  ASSERT_EQ(Run("export", "--model=model.yaml --to=rotorpy --out=v.yaml").exit_code, 0);
   EXPECT_EQ(
-      Run("trueline-audit", "--simulator=v.yaml --out=a --report=false --fail_on=contradicted"), 0)
-      << ReadText(folder_ / "out");
+      Run("audit", "--simulator=v.yaml --out=a --report=false --fail_on=contradicted").exit_code,
+      0);
   std::string text = ReadText(folder_ / "v.yaml");
   text.replace(text.find("tau_m: 0.03"), 11, "tau_m: 0.003");
   std::ofstream(folder_ / "v.yaml") << text;
-  EXPECT_EQ(Run("trueline-audit", "--simulator=v.yaml --out=a --report=false"), 0);
+  EXPECT_EQ(Run("audit", "--simulator=v.yaml --out=a --report=false").exit_code, 0);
   EXPECT_EQ(
-      Run("trueline-audit", "--simulator=v.yaml --out=a --report=false --fail_on=contradicted"), 4);
+      Run("audit", "--simulator=v.yaml --out=a --report=false --fail_on=contradicted").exit_code,
+      4);
   const YAML::Node audit = YAML::LoadFile((folder_ / "a/audit.yaml").string());
   ASSERT_EQ(audit["contradicted"].size(), 1U);
   EXPECT_EQ(audit["contradicted"][0]["parameter"].as<std::string>(), "tau");
@@ -98,20 +88,19 @@ TEST_F(SimulatorApps, AuditOfAFileAlone) {
 }
 
 TEST_F(SimulatorApps, AuditRefusesBadInput) {
-  EXPECT_EQ(Run("trueline-audit", "--simulator=none.sdf --out=a"), 2);
+  EXPECT_EQ(Run("audit", "--simulator=none.sdf --out=a").exit_code, 2);
   std::ofstream(folder_ / "p.sdf") << "<sdf><model><link name='a'><inertial>\n<mass>0.02*2</mass>"
                                       "</inertial></link></model></sdf>";
-  EXPECT_EQ(Run("trueline-audit", "--simulator=p.sdf --out=a"), 2);
-  EXPECT_THAT(Err(), AllOf(HasSubstr("p.sdf:2"), HasSubstr("'mass'"), HasSubstr("0.04")));
+  EXPECT_THAT(Run("audit", "--simulator=p.sdf --out=a"),
+              Ends(2, AllOf(HasSubstr("p.sdf:2"), HasSubstr("'mass'"), HasSubstr("0.04"))));
   std::ofstream(folder_ / "other.yaml") << "a: 1\n";
-  EXPECT_EQ(Run("trueline-audit", "--simulator=other.yaml --out=a"), 2);
-  EXPECT_THAT(Err(), HasSubstr("rotorpy"));
-  ASSERT_EQ(Run("trueline-export", "--model=model.yaml --to=rotorpy --out=v.yaml"), 0) << Err();
-  EXPECT_EQ(Run("trueline-audit", "--simulator=v.yaml --vehicle=nix --out=a"), 2);
-  EXPECT_THAT(Err(), HasSubstr("names no vehicle"));
-  EXPECT_EQ(Run("trueline-audit", "--out=a"), 2);
-  EXPECT_EQ(Run("trueline-audit", "--simulator=p.sdf --out=a --fail_on=warning"), 2);
-  EXPECT_EQ(Run("trueline-audit", "--simulator_log=a --out=a"), 2);
+  EXPECT_THAT(Run("audit", "--simulator=other.yaml --out=a"), Refuses("rotorpy"));
+  ASSERT_EQ(Run("export", "--model=model.yaml --to=rotorpy --out=v.yaml").exit_code, 0);
+  EXPECT_THAT(Run("audit", "--simulator=v.yaml --vehicle=nix --out=a"),
+              Refuses("names no vehicle"));
+  EXPECT_EQ(Run("audit", "--out=a").exit_code, 2);
+  EXPECT_EQ(Run("audit", "--simulator=p.sdf --out=a --fail_on=warning").exit_code, 2);
+  EXPECT_EQ(Run("audit", "--simulator_log=a --out=a").exit_code, 2);
 }
 
 }  // namespace

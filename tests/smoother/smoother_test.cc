@@ -12,8 +12,7 @@ namespace {
 using testing_vgd::Find;
 
 SimulationConfig Hippodrome(double duration) {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = duration;
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome", duration);
   config.warm_up = 5.0;
   return config;
 }
@@ -110,8 +109,7 @@ TEST(Smoother, KnowsTheVehicleBetterWithEveryPass) {
 // --- False passes (another object detected as the gate): named, and excluded from learning.
 
 testing_simulation::Flown Fly(double duration, int seed) {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = duration;
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome", duration);
   config.warm_up = 5.0;
   return testing_simulation::Fly(config, seed);
 }

@@ -11,8 +11,7 @@ namespace trueline {
 namespace {
 
 SimulationConfig Drifting(double duration) {
-  SimulationConfig config = testing_simulation::ReadShipped("long_flight");
-  config.duration = duration;
+  SimulationConfig config = testing_simulation::ReadShipped("long_flight", duration);
   config.warm_up = 5.0;
   return config;
 }
@@ -97,8 +96,7 @@ TEST(WholeFlight, BelievesDragThatGustsDoNotMake) {
   ASSERT_FALSE(held.notes.empty());
   EXPECT_NE(held.notes.back().find("K_y"), std::string::npos) << held.notes.back();
 
-  SimulationConfig course = testing_simulation::ReadShipped("fast");
-  course.duration = 60.0;
+  SimulationConfig course = testing_simulation::ReadShipped("fast", 60.0);
   const testing_vgd::Flight fast(course, 2, options);
   const WholeFlight read = RunWholeFlight({{&fast.data, {}}}, options, NoWalks(), Given());
   EXPECT_EQ(Find(read, "K_y").status, "identified");

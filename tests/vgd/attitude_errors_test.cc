@@ -22,8 +22,7 @@ constexpr double kGain = 0.05;  // 1/s
 const Vector3d kBias(0.006, -0.004, 0.005);
 
 FlightLog Filtered(const std::vector<Effect>& effects = {}) {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = 50.0;
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome", 50.0);
   config.imu.gyro_bias = kBias;
   config.imu.misalignment.setZero();  // mocap's attitude is the body's
   config.ahrs.tilt_gain = kGain;

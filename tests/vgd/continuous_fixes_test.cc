@@ -17,8 +17,7 @@ using Eigen::Vector3d;
 constexpr double kTau = 60.0;  // s
 
 SimulationConfig Outdoors(double duration) {
-  SimulationConfig config = testing_simulation::ReadShipped("gnss");
-  config.duration = duration;
+  SimulationConfig config = testing_simulation::ReadShipped("gnss", duration);
   return config;
 }
 

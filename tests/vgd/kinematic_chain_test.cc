@@ -204,8 +204,7 @@ const Eigen::Vector3d kAccelBias(0.12, -0.10, 0.15), kGyroBias(0.006, -0.004, 0.
 
 // Exact physics and near-exact fixes; AHRS off by a constant 0.7 to 1.1 deg.
 FlightLog BiasedFlight() {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome_exact");
-  config.duration = 20.0;
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome_exact", 20.0);
   config.warm_up = 5.0;
   config.imu.accel_bias = kAccelBias;
   config.imu.gyro_bias = kGyroBias;

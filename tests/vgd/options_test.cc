@@ -143,8 +143,7 @@ TEST(Gaps, InsideAPassLeaveItOut) {
 // Fixes, forces, drift: with everything on, the default options agree with the truth of their own
 // kind of flight about the AHRS error.
 TEST(Defaults, FindTheAhrsErrorOfANoisyFlight) {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = 20.0;
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome", 20.0);
   config.ahrs.kind = simulation::AhrsKind::kConstantError;
   config.ahrs.constant = {0.03, -0.02, 0.0};
   const VgdOptions options;

@@ -143,8 +143,7 @@ TEST(Uncertainty, SlowEllipsesHoldTheTruth) {
   int arcs = 0, inside = 0;
   double error = 0.0, squares = 0.0;
   for (int seed = 1; seed <= 10; ++seed) {
-    SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-    config.duration = 20.0;
+    SimulationConfig config = testing_simulation::ReadShipped("hippodrome", 20.0);
     const Flight flight(config, seed, options);
     const EstimatorRun run = RunVgd(flight.data, options);
     const ArcSummary summary = SummariseArcs(run);
@@ -238,11 +237,7 @@ TEST_F(WindowScatter, CountsLongWindowsBySharedPasses) {
 // --- Forecasts at fixed horizons: where they exist, and that their regions hold the truth as often
 // as they say.
 
-FlightLog Fly(std::uint64_t seed) {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = 40.0;
-  return testing_simulation::Fly(config, seed).log;
-}
+FlightLog Fly(std::uint64_t seed) { return testing_simulation::LogOf("hippodrome", 40.0, seed); }
 
 std::vector<Forecast> ForecastsOf(const FlightLog& log, const std::vector<double>& horizons) {
   const VgdOptions options;
