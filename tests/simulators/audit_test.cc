@@ -45,28 +45,11 @@ const FlightLog& Flight() {
   return log;
 }
 
-class AuditTest : public testing::Test {
+class AuditTest : public MadeFile {
  protected:
-  // The right file of a target, as an export writes it. Its text.
-  std::string Right(const std::string& to) {
-    const Target& target = FindTarget(to);
-    const Export exported = ExportVehicle(Truth(), target);
-    path_ = folder_ / ("vehicle" + exported.files[0].extension);
-    WriteExport(exported, target, path_);
-    return exported.files[0].text;
-  }
-  // `text` with all places of `from` replaced; there must be one.
-  static std::string Replaced(std::string text, const std::string& from, const std::string& to) {
-    std::size_t at = text.find(from);
-    EXPECT_NE(at, std::string::npos) << from;
-    for (; at != std::string::npos; at = text.find(from, at + to.size())) {
-      text.replace(at, from.size(), to);
-    }
-    return text;
-  }
-  Audit Of(const std::string& text, const FlightLog& log = Flight()) {
-    std::ofstream(path_) << text;
-    return AuditByFlights(ReadVehicleFiles({path_.string()}), {log});
+  std::string Right(const std::string& to) { return Export(Truth(), to); }
+  Audit Of(const std::string& text, const FlightLog& log = Flight()) const {
+    return AuditByFlights(Files(text), {log});
   }
   // Named first, its size within two sigma (or the tolerance), and no parameter but `beside`.
   static void ExpectNamed(const Audit& audit, const std::string& name, double truth,
@@ -80,10 +63,22 @@ class AuditTest : public testing::Test {
       EXPECT_TRUE(entry.parameter == name || beside.contains(entry.parameter)) << AuditTable(audit);
     }
   }
-
-  TestFolder folder_;
-  std::filesystem::path path_;
+  // Of drag alone, as it is.
+  static void ExpectDrag(const Audit& audit, double tolerance = 0.0) {
+    EXPECT_FALSE(audit.contradicted.empty());
+    for (const Contradicted& entry : audit.contradicted) {
+      EXPECT_THAT(entry.parameter, HasSubstr("K_")) << AuditTable(audit);
+      EXPECT_NEAR(*entry.flight_value, kDrag, std::max(2.0 * entry.sigma, tolerance));
+    }
+  }
 };
+
+// The log of a vehicle whose rotors are not stated.
+FlightLog FlightWithoutRotors() {
+  FlightLog log = Flight();
+  log.vehicle->rotors.clear();
+  return log;
+}
 
 TEST_F(AuditTest, SlowIsSilentOnRightFiles) {
   for (const char* target : {"rotorpy", "crazyflow"}) {
@@ -115,9 +110,7 @@ TEST_F(AuditTest, SlowNamesInertia) {
   const Audit audit = Of(Replaced(Replaced(right, "SIH_IYY 0.000678", "SIH_IYY 0.00105"),
                                   "SIH_IZZ 0.001076", "SIH_IZZ 0.0019"));
   ExpectNamed(audit, "I_y", 0.678e-3, {"I_z"});
-  std::vector<std::string> names;
-  for (const Contradicted& entry : audit.contradicted) names.push_back(entry.parameter);
-  EXPECT_THAT(names, Contains("I_z"));
+  EXPECT_THAT(Names(audit), Contains("I_z"));
 }
 
 TEST_F(AuditTest, SlowNamesTheMomentConstant) {
@@ -133,12 +126,7 @@ TEST_F(AuditTest, SlowNamesRotorDragOfAnotherVehicle) {
   const std::size_t at = right.find(key) + key.size();
   const std::string number = right.substr(at, right.find('<', at) - at);
   const Audit audit = Of(Replaced(right, number, fmt::format("{:.6g}", 76.0 * std::stod(number))));
-  ASSERT_FALSE(audit.contradicted.empty());
-  EXPECT_THAT(audit.contradicted[0].parameter, HasSubstr("K_")) << AuditTable(audit);
-  for (const Contradicted& entry : audit.contradicted) {
-    EXPECT_THAT(entry.parameter, HasSubstr("K_"));
-    EXPECT_NEAR(*entry.flight_value, kDrag, std::max(2.0 * entry.sigma, 0.03));
-  }
+  ExpectDrag(audit, 0.03);
 }
 
 TEST_F(AuditTest, SlowNamesMassByThatOfTheLog) {
@@ -151,13 +139,10 @@ TEST_F(AuditTest, SlowNamesMassByThatOfTheLog) {
 TEST_F(AuditTest, SlowNamesSpinsByTheFlight) {
   NeutralVehicle other = Truth();
   for (Numbers& rotor : other.rotors) rotor["spin"] *= -1.0;
-  Right("rotorpy");
-  const std::string wrong = ExportVehicle(other, FindTarget("rotorpy")).files[0].text;
-  FlightLog log = Flight();
-  log.vehicle->rotors.clear();
+  const std::string wrong = Export(other, "rotorpy");
+  const FlightLog log = FlightWithoutRotors();
   const Audit audit = Of(wrong, log);
-  ASSERT_EQ(audit.contradicted.size(), 1U) << AuditTable(audit);
-  EXPECT_EQ(audit.contradicted[0].parameter, "spin");
+  EXPECT_THAT(Names(audit), ElementsAre("spin")) << AuditTable(audit);
 }
 
 // Commands, too, tell which rotor a column is, and say so only where roll and pitch show it.
@@ -192,11 +177,7 @@ TEST_F(AuditTest, SlowReadsDragBesideStreamsOfOtherMoments) {
   const Audit silent = Of(right, log);
   EXPECT_TRUE(silent.contradicted.empty()) << AuditTable(silent);
   const Audit audit = Of(std::regex_replace(right, std::regex("-(0\\.0738\\d*)"), "$1"), log);
-  ASSERT_FALSE(audit.contradicted.empty());
-  for (const Contradicted& entry : audit.contradicted) {
-    EXPECT_THAT(entry.parameter, HasSubstr("K_")) << AuditTable(audit);
-    EXPECT_NEAR(*entry.flight_value, kDrag, 2.0 * entry.sigma) << AuditTable(audit);
-  }
+  ExpectDrag(audit);
 }
 
 // Rotors whose drag acts far above the centre of mass turn the vehicle more than it turns.
@@ -205,23 +186,17 @@ TEST_F(AuditTest, SlowNamesTheHeightOfTheCentreOfMass) {
   truth.body["r_BM_z"] = 0.005;
   const Target& gz = FindTarget("gz");
   truth.gravity = gz.gravity;
-  const auto write = [&](const NeutralVehicle& vehicle) {
-    path_ = folder_ / "vehicle.sdf";
-    const Export exported = ExportVehicle(vehicle, gz);
-    WriteExport(exported, gz, path_);
-    return exported;
-  };
-  const Export right = write(truth);
+  Export(truth, "gz");
+  const NeutralVehicle right = ExportVehicle(truth, gz).vehicle;
   const FlightLog log = LogOf(
-      replay::FlyWith(replay::LoadGazebo(path_, false), {}, ShakyPilot(right.vehicle, 1), 25.0),
-      right.vehicle, 1);
+      replay::FlyWith(replay::LoadGazebo(path_, false), {}, ShakyPilot(right, 1), 25.0), right, 1);
   const Audit silent = AuditByFlights(ReadVehicleFiles({path_.string()}), {log});
   EXPECT_TRUE(silent.contradicted.empty()) << AuditTable(silent);
   // The file's drag goes with rotor speeds, which in this flight are not those of hover.
   const auto drag = std::ranges::find(silent.compared, "K_x", &Compared::parameter);
   EXPECT_NEAR(drag->file_value, drag->flight_value, 2.5 * drag->sigma);
   truth.body["r_BM_z"] = 0.03;
-  write(truth);
+  Export(truth, "gz");
   const Audit audit = AuditByFlights(ReadVehicleFiles({path_.string()}), {log});
   ASSERT_EQ(audit.contradicted.size(), 1U) << AuditTable(audit);
   EXPECT_EQ(audit.contradicted[0].parameter, "r_BM_z");
@@ -261,10 +236,8 @@ TEST_F(AuditTest, SlowSaysWhatADifferenceWithinTheScatterCosts) {
 TEST_F(AuditTest, SlowNamesTheArmThatExplainsBothMoments) {
   NeutralVehicle other = Truth();
   for (Numbers& rotor : other.rotors) rotor["x"] *= std::sqrt(2.0), rotor["y"] *= std::sqrt(2.0);
-  Right("rotorpy");
-  const std::string wrong = ExportVehicle(other, FindTarget("rotorpy")).files[0].text;
-  FlightLog log = Flight();
-  log.vehicle->rotors.clear();
+  const std::string wrong = Export(other, "rotorpy");
+  const FlightLog log = FlightWithoutRotors();
   const Audit audit = Of(wrong, log);
   ExpectNamed(audit, "arm", Truth().Get("arm"));
   EXPECT_THAT(audit.contradicted[0].confused_with, Contains("I_x"));
@@ -273,10 +246,7 @@ TEST_F(AuditTest, SlowNamesTheArmThatExplainsBothMoments) {
   // An arm makes no yaw wrong.
   other = Truth();
   for (const char* name : {"I_x", "I_y", "I_z"}) other.body[name] *= 2.0;
-  std::set<std::string> names;
-  const std::string heavy = ExportVehicle(other, FindTarget("rotorpy")).files[0].text;
-  for (const Contradicted& entry : Of(heavy, log).contradicted) names.insert(entry.parameter);
-  EXPECT_EQ(names, (std::set<std::string>{"I_x", "I_y", "I_z"}));
+  EXPECT_THAT(Names(Of(Export(other, "rotorpy"), log)), UnorderedElementsAre("I_x", "I_y", "I_z"));
 }
 
 // A flight shows thrust and inertia by mass. Where nobody has weighed the vehicle, one number
@@ -325,14 +295,9 @@ TEST_F(AuditTest, SlowNamesQuadraticDrag) {
   for (const char axis : {'x', 'y', 'z'}) {
     other.body.erase(std::string("K_") + axis), other.body[std::string("c_") + axis] = 1.5;
   }
-  Right("rotorpy");
-  const std::string wrong = ExportVehicle(other, FindTarget("rotorpy")).files[0].text;
+  const std::string wrong = Export(other, "rotorpy");
   const Audit audit = Of(wrong);
-  ASSERT_FALSE(audit.contradicted.empty());
-  for (const Contradicted& entry : audit.contradicted) {
-    EXPECT_THAT(entry.parameter, HasSubstr("K_")) << AuditTable(audit);
-    EXPECT_NEAR(*entry.flight_value, kDrag, 2.0 * entry.sigma);
-  }
+  ExpectDrag(audit);
   EXPECT_TRUE(Of(audit.corrected[0].second).contradicted.empty());
 }
 
@@ -340,8 +305,7 @@ TEST_F(AuditTest, SlowNamesQuadraticDrag) {
 TEST_F(AuditTest, SlowMovesRotorsWithTheCentreOfMass) {
   NeutralVehicle other = Truth();
   for (Numbers& rotor : other.rotors) rotor["x"] += 0.012;
-  Right("rotorpy");
-  const Audit audit = Of(ExportVehicle(other, FindTarget("rotorpy")).files[0].text);
+  const Audit audit = Of(Export(other, "rotorpy"));
   ExpectNamed(audit, "r_BM_x", 0.012);
   EXPECT_LT((*audit.after)[1], 0.2 * (*audit.before)[1]);
 }
@@ -361,8 +325,7 @@ TEST_F(AuditTest, SlowSaysThatTheLogHasAnotherOrderOfRotors) {
   NeutralVehicle other = Truth();
   std::ranges::swap(other.rotors[0], other.rotors[1]);
   std::ranges::swap(other.rotors[2], other.rotors[3]);
-  Right("rotorpy");
-  const Audit audit = Of(ExportVehicle(other, FindTarget("rotorpy")).files[0].text);
+  const Audit audit = Of(Export(other, "rotorpy"));
   EXPECT_TRUE(audit.contradicted.empty()) << AuditTable(audit);
   EXPECT_THAT(audit.warnings, Contains(HasSubstr("are the file's rotors 1, 0, 3, 2")));
 }
@@ -379,8 +342,7 @@ TEST_F(AuditTest, SlowNamesAnotherVehiclesNumbers) {
   other.body["m"] *= 6.0;
   other.body["I_x"] *= 50.0, other.body["I_y"] *= 100.0, other.body["I_z"] *= 90.0;
   for (Numbers& rotor : other.rotors) rotor["k_f"] *= 22.4, rotor["k_m"] *= 37.4;
-  Right("flightmare");
-  const std::string wrong = ExportVehicle(other, FindTarget("flightmare")).files[0].text;
+  const std::string wrong = Export(other, "flightmare");
   std::map<std::string, double> named;
   for (const Contradicted& entry : Of(wrong).contradicted) {
     ASSERT_TRUE(entry.flight_value) << entry.parameter;
@@ -401,9 +363,7 @@ TEST_F(AuditTest, SlowNamesTheSameByLogsAlone) {
   NeutralVehicle other = Truth();
   other.body["I_x"] *= 1.5;
   const Audit audit = AuditLogs(Fly(5, 0.005, other), {Flight()});
-  std::set<std::string> names;
-  for (const Contradicted& entry : audit.contradicted) names.insert(entry.parameter);
-  EXPECT_EQ(names, (std::set<std::string>{"tau", "I_x"})) << AuditTable(audit);
+  EXPECT_THAT(Names(audit), UnorderedElementsAre("tau", "I_x")) << AuditTable(audit);
   EXPECT_TRUE(AuditLogs(Fly(6), {Flight()}).contradicted.empty());
 }
 
@@ -424,9 +384,7 @@ TEST_F(AuditTest, SlowNamesAMassAndNotTheDragThatFollows) {
   light.body["m"] /= kLighter;
   for (const char* name : kDrags) light.body[name] *= std::sqrt(kLighter);
   const Audit audit = AuditLogs(Fly(5, kLag, light), {Flight()});
-  std::set<std::string> names;
-  for (const Contradicted& entry : audit.contradicted) names.insert(entry.parameter);
-  EXPECT_EQ(names, std::set<std::string>{"m"}) << AuditTable(audit);
+  EXPECT_THAT(Names(audit), ElementsAre("m")) << AuditTable(audit);
 }
 
 // A number stands in one list, with what would decide it where it is undecided, and none is nan.

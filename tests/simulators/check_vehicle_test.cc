@@ -117,23 +117,22 @@ TEST(ParameterFile, RefusesWhatIsNoNumber) {
   EXPECT_THAT(ErrorOf([] { ParameterFile::Read("none.sdf"); }), HasSubstr("can't be read"));
 }
 
-class FileChecks : public testing::Test {
+class FileChecks : public MadeFile {
  protected:
-  // The file of a vehicle in a target's format.
-  std::string Text(const NeutralVehicle& vehicle, const std::string& to) {
-    const Target& target = FindTarget(to);
-    const Export exported = ExportVehicle(vehicle, target);
-    path_ = folder_ / ("vehicle" + exported.files[0].extension);
-    WriteExport(exported, target, path_);
-    return exported.files[0].text;
+  // In the file of a vehicle that was changed.
+  template <class Change>
+  std::vector<std::string> Named(const std::string& to, const Change& change) {
+    NeutralVehicle vehicle = Vehicle();
+    change(vehicle);
+    return Names(AuditFiles(Files(Export(vehicle, to))));
   }
-  std::vector<std::string> Named(const NeutralVehicle& vehicle, const std::string& to) {
-    Text(vehicle, to);
-    std::vector<std::string> names;
-    for (const Contradicted& entry : AuditFiles(ReadVehicleFiles({path_.string()})).contradicted) {
-      names.push_back(entry.parameter);
-    }
-    return names;
+  // Of the good vehicle's file with one number changed: it alone is named, with its line.
+  Audit Damaged(const std::string& to, const std::string& number, const std::string& wrong,
+                const std::string& named) {
+    const Audit audit = AuditFiles(Files(Replaced(Export(Vehicle(), to), number, wrong)));
+    EXPECT_THAT(Names(audit), ElementsAre(named)) << to << wrong;
+    for (const Contradicted& entry : audit.contradicted) EXPECT_GT(entry.line, 0);
+    return audit;
   }
   static NeutralVehicle Vehicle() {
     NeutralVehicle v = MadeQuadrotor();
@@ -141,57 +140,17 @@ class FileChecks : public testing::Test {
     v.body["tau"] = 0.03, v.body["full_speed"] = 2200.0;
     return v;
   }
-
-  TestFolder folder_;
-  fs::path path_;
 };
-
-// A mass ten times too large makes inertia, hover and drag look wrong: the mass alone is named.
-TEST_F(FileChecks, AWrongMassIsNamedAlone) {
-  NeutralVehicle v = Vehicle();
-  v.body["m"] *= 10.0;
-  EXPECT_THAT(Named(v, "gz"), ElementsAre("m"));
-}
-
-TEST_F(FileChecks, AThrustInAnotherUnitIsNamedAlone) {
-  NeutralVehicle v = Vehicle();
-  for (Numbers& rotor : v.rotors) rotor["k_f"] /= 91.189;
-  EXPECT_THAT(Named(v, "rotorpy"), ElementsAre("k_f"));
-}
-
-// Consequences of a mass or thrust that is usual for the arm are not named, but it is.
-TEST_F(FileChecks, AWrongMassOrThrustIsNamedThroughWhatItMakesWrong) {
-  NeutralVehicle v = Vehicle();
-  v.body["m"] *= 6.0;
-  EXPECT_THAT(Named(v, "gz"), ElementsAre("m"));
-  v = Vehicle();
-  for (Numbers& rotor : v.rotors) rotor["k_f"] /= 10.0;
-  EXPECT_THAT(Named(v, "crazyflow"), ElementsAre("k_f"));
-}
-
-// The inertia of a solid as large as the vehicle, with its mass: no axis can have it.
-TEST_F(FileChecks, TheInertiaOfACollisionShapeIsNamed) {
-  NeutralVehicle v = Vehicle();
-  for (const char* axis : {"I_x", "I_y", "I_z"}) v.body[axis] *= 5.0;
-  EXPECT_THAT(Named(v, "gym_pybullet_drones"), UnorderedElementsAre("I_x", "I_y", "I_z"));
-}
-
-TEST_F(FileChecks, ExchangedAxesAreNamed) {
-  NeutralVehicle v = Vehicle();
-  std::swap(v.body["I_x"], v.body["I_z"]);
-  EXPECT_THAT(Named(v, "gz"), ElementsAre("I_z"));
-}
 
 // Links that joints turn are the rotors of a model whose motors stand elsewhere.
 TEST_F(FileChecks, AModelWithoutMotorsHasAnArm) {
   const auto without_motors = [&](const NeutralVehicle& v) {
-    std::string text = Text(v, "gz");
+    std::string text = Export(v, "gz");
     const std::string end = "</plugin>";
     for (std::size_t at; (at = text.find("<plugin")) != std::string::npos;) {
       text.erase(at, text.find(end, at) + end.size() - at);
     }
-    std::ofstream(path_) << text;
-    return AuditFiles(ReadVehicleFiles({path_.string()})).contradicted;
+    return AuditFiles(Files(text)).contradicted;
   };
   EXPECT_THAT(without_motors(Vehicle()), IsEmpty());
   NeutralVehicle v = Vehicle();
@@ -203,11 +162,11 @@ TEST_F(FileChecks, AModelWithoutMotorsHasAnArm) {
 // A centre of mass that one file has elsewhere between the rotors.
 TEST_F(FileChecks, CompareTheCentreOfMass) {
   NeutralVehicle v = Vehicle();
-  Text(v, "gz");
+  Export(v, "gz");
   const fs::path first = folder_ / "first.sdf";
   fs::rename(path_, first);
   v.body["r_BM_z"] = -0.02;
-  Text(v, "gz");
+  Export(v, "gz");
   const std::vector<VehicleFile> files = ReadVehicleFiles({first.string(), path_.string()});
   const std::vector<Contradicted> findings = CompareVehicles(files);
   ASSERT_EQ(findings.size(), 1u);
@@ -215,51 +174,50 @@ TEST_F(FileChecks, CompareTheCentreOfMass) {
   EXPECT_NEAR(findings[0].file_value, -0.02, 1e-3);
 }
 
+void ScaleThrust(NeutralVehicle& v, double factor) {
+  for (Numbers& rotor : v.rotors) rotor["k_f"] *= factor;
+}
+void ScaleDragMoment(NeutralVehicle& v, double factor) {
+  for (Numbers& rotor : v.rotors) rotor["k_m"] *= factor;
+}
+
 TEST_F(FileChecks, NameWhatNoVehicleHas) {
-  EXPECT_THAT(Named(Vehicle(), "gz"), IsEmpty());
-  NeutralVehicle v = Vehicle();
-  v.body["I_z"] = 1.6e-3;  // more than I_x + I_y
-  EXPECT_THAT(Named(v, "gz"), Contains("I_z"));
-  v = Vehicle(), v.body["tau"] = 0.002;
-  EXPECT_THAT(Named(v, "rotorpy"), Contains("tau"));
-  v = Vehicle(), v.body["tau"] = 25.0;  // 1/s
-  EXPECT_THAT(Named(v, "flightmare"), Contains("tau"));
-  v = Vehicle();
-  for (Numbers& rotor : v.rotors) rotor["k_m"] *= 16.0;
-  EXPECT_THAT(Named(v, "gz"), Contains("k_m"));
-  v = Vehicle(), v.body["m"] *= 10.0;
-  EXPECT_THAT(Named(v, "crazyflow"), Contains("m"));
-  v = Vehicle();
-  for (Numbers& rotor : v.rotors) rotor["k_f"] *= 91.19, rotor["k_m"] *= 91.19;
-  EXPECT_THAT(Named(v, "flightmare"), Contains("k_f"));
-  v = Vehicle(), v.body["K_x"] = v.body["K_y"] = 0.3;
-  EXPECT_THAT(Named(v, "crazyflow"), Contains("K_x"));
-  v = Vehicle(), v.body["full_speed"] = 1300.0;
-  EXPECT_THAT(Named(v, "rotorpy"), Contains("full_speed"));
-  v = Vehicle(), v.rotors[0]["spin"] = 1.0;
-  EXPECT_THAT(Named(v, "gz"), Contains("spin"));
+  EXPECT_THAT(Named("gz", [](NeutralVehicle&) {}), IsEmpty());
+  // A mass ten times too large makes inertia, hover and drag look wrong: the mass alone is named.
+  EXPECT_THAT(Named("gz", [](auto& v) { v.body["m"] *= 10.0; }), ElementsAre("m"));
+  EXPECT_THAT(Named("crazyflow", [](auto& v) { v.body["m"] *= 10.0; }), Contains("m"));
+  // A thrust in another unit, alone.
+  EXPECT_THAT(Named("rotorpy", [](auto& v) { ScaleThrust(v, 1.0 / 91.189); }), ElementsAre("k_f"));
+  // Consequences of a mass or thrust that is usual for the arm are not named, but it is.
+  EXPECT_THAT(Named("gz", [](auto& v) { v.body["m"] *= 6.0; }), ElementsAre("m"));
+  EXPECT_THAT(Named("crazyflow", [](auto& v) { ScaleThrust(v, 0.1); }), ElementsAre("k_f"));
+  // The inertia of a solid as large as the vehicle, with its mass: no axis can have it.
+  const auto solid = [](auto& v) {
+    for (const char* axis : {"I_x", "I_y", "I_z"}) v.body[axis] *= 5.0;
+  };
+  EXPECT_THAT(Named("gym_pybullet_drones", solid), UnorderedElementsAre("I_x", "I_y", "I_z"));
+  EXPECT_THAT(Named("gz", [](auto& v) { std::swap(v.body["I_x"], v.body["I_z"]); }),
+              ElementsAre("I_z"));
+  // More than I_x + I_y.
+  EXPECT_THAT(Named("gz", [](auto& v) { v.body["I_z"] = 1.6e-3; }), Contains("I_z"));
+  EXPECT_THAT(Named("rotorpy", [](auto& v) { v.body["tau"] = 0.002; }), Contains("tau"));
+  EXPECT_THAT(Named("flightmare", [](auto& v) { v.body["tau"] = 25.0; }), Contains("tau"));  // 1/s
+  EXPECT_THAT(Named("gz", [](auto& v) { ScaleDragMoment(v, 16.0); }), Contains("k_m"));
+  const auto in_rpm = [](auto& v) { ScaleThrust(v, 91.19), ScaleDragMoment(v, 91.19); };
+  EXPECT_THAT(Named("flightmare", in_rpm), Contains("k_f"));
+  EXPECT_THAT(Named("crazyflow", [](auto& v) { v.body["K_x"] = v.body["K_y"] = 0.3; }),
+              Contains("K_x"));
+  EXPECT_THAT(Named("rotorpy", [](auto& v) { v.body["full_speed"] = 1300.0; }),
+              Contains("full_speed"));
+  EXPECT_THAT(Named("gz", [](auto& v) { v.rotors[0]["spin"] = 1.0; }), Contains("spin"));
 }
 
 // Drag, damping and inertia that push the vehicle on.
 TEST_F(FileChecks, NumbersOfTheWrongSignAreNamed) {
-  struct Case {
-    const char *to, *number, *wrong, *named;
-  };
-  for (const auto& [to, number, wrong, named] : std::vector<Case>{
-           {"pyflyt", "drag_coef_pqr: 0.0", "drag_coef_pqr: -1.0e-4", "quadratic_damping"},
-           {"px4_sih", "SIH_KDW 0.0", "SIH_KDW -0.025", "damping"},
-           {"crazyflow", "prop_inertia = 0.0", "prop_inertia = -3.0e-8", "J_r"},
-           {"rotorpy", "k_d: ", "k_d: -", "rotor_speed_drag"}}) {
-    std::string text = Text(Vehicle(), to);
-    const std::size_t at = text.find(number);
-    ASSERT_NE(at, std::string::npos) << to;
-    std::ofstream(path_) << text.replace(at, std::string_view(number).size(), wrong);
-    const Audit audit = AuditFiles(ReadVehicleFiles({path_.string()}));
-    ASSERT_FALSE(audit.contradicted.empty()) << to;
-    EXPECT_EQ(audit.contradicted[0].parameter, named);
-    EXPECT_EQ(audit.contradicted.size(), 1U) << to << " " << audit.contradicted.back().parameter;
-    EXPECT_GT(audit.contradicted[0].line, 0);
-  }
+  Damaged("pyflyt", "drag_coef_pqr: 0.0", "drag_coef_pqr: -1.0e-4", "quadratic_damping");
+  Damaged("px4_sih", "SIH_KDW 0.0", "SIH_KDW -0.025", "damping");
+  Damaged("crazyflow", "prop_inertia = 0.0", "prop_inertia = -3.0e-8", "J_r");
+  Damaged("rotorpy", "k_d: ", "k_d: -", "rotor_speed_drag");
 }
 
 // Zero is as impossible as less of what makes a vehicle.
@@ -274,15 +232,9 @@ TEST_F(FileChecks, NumbersThatMustBePositiveAreNamed) {
                          {"rotorpy", "k_m: ", "k_m: 0 # ", "k_m"},
                          {"rotorpy", "Ixx: ", "Ixx: 0 # ", "I_x"},
                          {"gz", "<motorConstant>", "<motorConstant>-", "k_f"}}) {
-    std::string text = Text(Vehicle(), to);
-    const std::size_t at = text.find(number);
-    ASSERT_NE(at, std::string::npos) << number;
-    std::ofstream(path_) << text.replace(at, std::string_view(number).size(), wrong);
-    const Audit audit = AuditFiles(ReadVehicleFiles({path_.string()}));
-    ASSERT_EQ(audit.contradicted.size(), 1U) << wrong;
-    EXPECT_EQ(audit.contradicted[0].parameter, named);
+    const Audit audit = Damaged(to, number, wrong, named);
+    ASSERT_FALSE(audit.contradicted.empty());
     EXPECT_EQ(audit.contradicted[0].text, "must be positive");
-    EXPECT_GT(audit.contradicted[0].line, 0);
     EXPECT_THAT(audit.not_judged, Not(Contains(testing::Field(&NotJudged::parameter, named))));
   }
 }
@@ -290,8 +242,7 @@ TEST_F(FileChecks, NumbersThatMustBePositiveAreNamed) {
 TEST_F(FileChecks, AModelWithoutMassIsNoVehicle) {
   path_ = folder_ / "empty.sdf";
   const auto model = [&](const std::string& link) {
-    std::ofstream(path_) << "<sdf><model><link name='a'>" + link + "</link></model></sdf>";
-    return AuditFiles(ReadVehicleFiles({path_.string()}));
+    return AuditFiles(Files("<sdf><model><link name='a'>" + link + "</link></model></sdf>"));
   };
   EXPECT_THAT(ErrorOf([&] { model(""); }), HasSubstr("states no mass, inertia, place or thrust"));
   const Audit audit = model("<inertial><mass>0</mass></inertial>");
@@ -308,11 +259,10 @@ TEST_F(FileChecks, RefuseAPoseInAnotherFrame) {
 }
 
 TEST_F(FileChecks, NameAnArmThatIsNotThatOfTheRotors) {
-  std::string text = Text(Vehicle(), "gym_pybullet_drones");
+  std::string text = Export(Vehicle(), "gym_pybullet_drones");
   const std::size_t at = text.find("arm=\"");
   text.replace(at, text.find('"', at + 5) - at, "arm=\"0.2");
-  std::ofstream(path_) << text;
-  const Audit audit = AuditFiles(ReadVehicleFiles({path_.string()}));
+  const Audit audit = AuditFiles(Files(text));
   ASSERT_EQ(audit.contradicted.size(), 1U);
   EXPECT_EQ(audit.contradicted[0].parameter, "arm");
   EXPECT_GT(audit.contradicted[0].line, 0);
@@ -322,7 +272,7 @@ TEST_F(FileChecks, NameAnArmThatIsNotThatOfTheRotors) {
 // the one vehicle for which the code turns them.
 TEST_F(FileChecks, NameRotorsInAnotherOrderThanTheCodes) {
   const auto mirrored = [&](const char* name) {
-    std::string text = Text(Vehicle(), "gym_pybullet_drones");
+    std::string text = Export(Vehicle(), "gym_pybullet_drones");
     for (const auto& [from, to] : {std::pair{"prop0_link", "other"},
                                    {"prop3_link", "prop0_link"},
                                    {"other", "prop3_link"},
@@ -332,8 +282,7 @@ TEST_F(FileChecks, NameRotorsInAnotherOrderThanTheCodes) {
                                    {"robot name=\"vehicle", name}}) {
       text = std::regex_replace(text, std::regex(from), to);
     }
-    std::ofstream(path_) << text;
-    return AuditFiles(ReadVehicleFiles({path_.string()})).contradicted;
+    return AuditFiles(Files(text)).contradicted;
   };
   const std::vector<Contradicted> found = mirrored("robot name=\"cf2");
   ASSERT_EQ(found.size(), 1U);
@@ -344,9 +293,9 @@ TEST_F(FileChecks, NameRotorsInAnotherOrderThanTheCodes) {
 TEST_F(FileChecks, NameFilesThatDisagree) {
   NeutralVehicle other = Vehicle();
   other.body["m"] = 0.26;
-  Text(Vehicle(), "rotorpy");
+  Export(Vehicle(), "rotorpy");
   fs::rename(path_, folder_ / "b.yaml");
-  Text(other, "flightmare");
+  Export(other, "flightmare");
   const Audit audit = AuditFiles(ReadVehicleFiles({(folder_ / "b.yaml").string(), path_.string()}));
   // The drag by mass differs as a consequence only.
   ASSERT_EQ(audit.contradicted.size(), 1U);
@@ -363,12 +312,9 @@ class ShippedFiles : public testing::Test {
     if (!fs::exists(folder_)) GTEST_SKIP() << folder_ << " is not there";
   }
   std::vector<std::string> Named(const std::vector<std::string>& files) const {
-    std::vector<std::string> paths, names;
+    std::vector<std::string> paths;
     for (const std::string& file : files) paths.push_back((folder_ / file).string());
-    for (const Contradicted& entry : AuditFiles(ReadVehicleFiles(paths)).contradicted) {
-      names.push_back(entry.parameter);
-    }
-    return names;
+    return Names(AuditFiles(ReadVehicleFiles(paths)));
   }
   fs::path folder_;
 };
