@@ -109,18 +109,42 @@ TEST(FirstLook, AlignedMocapThatDriftsIsSaid) {
               AllOf(HasSubstr("mocap: its clock drifts by +"), HasSubstr("multiply")));
 }
 
-TEST(FirstLook, FindsALateAttitude) {
-  FlightLog log = Hippodrome();
-  Shift(0.45, &log.attitude);
-  EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("attitude.csv come 0.4")));
+// The second one stands still.
+void AddRotors(FlightLog* log) {
+  for (const ImuSample& sample : log->imu) {
+    const double wave = std::sin(3.0 * ToSeconds(sample.t));
+    log->rotors.push_back({sample.t, {500.0 + wave, 0.0, 510.0 - wave, 505.0 + wave}});
+  }
 }
 
-TEST(FirstLook, FindsAnImuThatIsCutShort) {
-  FlightLog log = Hippodrome();
-  std::erase_if(log.imu, [](const ImuSample& s) { return s.t > FromSeconds(0.4); });
-  EXPECT_THAT(FirstLook(log),
+void TakeGravityOut(FlightLog* log) {
+  std::size_t k = 0;
+  for (ImuSample& sample : log->imu) {
+    while (k + 1 < log->attitude.size() && log->attitude[k + 1].t <= sample.t) ++k;
+    sample.accel += log->attitude[k].q_Ep_I.conjugate() * Eigen::Vector3d(0.0, 0.0, log->gravity);
+  }
+}
+
+TEST(FirstLook, NamesWhatIsWrong) {
+  const auto look = [](const auto& change) {
+    FlightLog log = Hippodrome();
+    change(&log);
+    return FirstLook(log);
+  };
+  EXPECT_THAT(look([](FlightLog* log) { Shift(0.45, &log->attitude); }),
+              ElementsAre(HasSubstr("attitude.csv come 0.4")));
+  const auto cut = [](const ImuSample& s) { return s.t > FromSeconds(0.4); };
+  EXPECT_THAT(look([&](FlightLog* log) { std::erase_if(log->imu, cut); }),
               ElementsAre(HasSubstr("attitude.csv lies within"), HasSubstr("fixes.csv lies within"),
                           HasSubstr("mocap.csv lies within")));
+  EXPECT_THAT(look([](FlightLog* log) { log->attitude.clear(); }),
+              ElementsAre(HasSubstr("attitude.csv is missing")));
+  EXPECT_THAT(look(TakeGravityOut), Contains(HasSubstr("gravity is taken out")));
+  EXPECT_THAT(look(AddRotors), Contains(HasSubstr("rotor 2 stays at 0")));
+  const auto in_degrees = [](FlightLog* log) {
+    for (ImuSample& sample : log->imu) sample.gyro /= kDegree;
+  };
+  EXPECT_THAT(look(in_degrees), Contains(HasSubstr("gyro_scale")));
 }
 
 // One sample along the thrust changes the integrated speed; it shifted b_az by 4 sigma in silence.
@@ -154,12 +178,6 @@ TEST(FirstLook, FindsStreamsOfTooLittleOfTheFlight) {
                                      HasSubstr("cover (widens): mocap.csv (1 samples")}));
 }
 
-TEST(FirstLook, FindsThatTheAttitudeIsMissing) {
-  FlightLog log = Hippodrome();
-  log.attitude.clear();
-  EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("attitude.csv is missing")));
-}
-
 // Rotor speeds need no attitude, and do not replace it where the IMU drives the model.
 TEST(ReadAndLook, AsksForAnAttitudeWhereTheImuDrivesTheModel) {
   FlightLog log = Hippodrome();
@@ -180,10 +198,7 @@ TEST(ReadAndLook, AsksForAnAttitudeWhereTheImuDrivesTheModel) {
 // A stream that the drive does not read makes none of its results wrong.
 TEST(ReadAndLook, LeavesOutFaultsOfStreamsThatTheDriveDoesNotRead) {
   FlightLog log = Hippodrome();
-  for (const ImuSample& sample : log.imu) {
-    const double wave = std::sin(3.0 * ToSeconds(sample.t));
-    log.rotors.push_back({sample.t, {500.0 + wave, 0.0, 510.0 - wave, 505.0 + wave}});
-  }
+  AddRotors(&log);
   Shift(0.45, &log.attitude);
   const TestFolder folder;
   WriteNativeLog(log, folder / "log");
@@ -223,31 +238,6 @@ TEST(FirstLook, OfALongFlightItInspectsAPart) {
   EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("attitude.csv come 0.4")));
   log.attitude.clear();
   EXPECT_THAT(FirstLook(log), Contains(HasSubstr("attitude.csv is missing")));
-}
-
-TEST(FirstLook, FindsThatGravityIsTakenOut) {
-  FlightLog log = Hippodrome();
-  std::size_t k = 0;
-  for (ImuSample& sample : log.imu) {
-    while (k + 1 < log.attitude.size() && log.attitude[k + 1].t <= sample.t) ++k;
-    sample.accel += log.attitude[k].q_Ep_I.conjugate() * Eigen::Vector3d(0.0, 0.0, log.gravity);
-  }
-  EXPECT_THAT(FirstLook(log), Contains(HasSubstr("gravity is taken out")));
-}
-
-TEST(FirstLook, FindsARotorThatIsNotMeasured) {
-  FlightLog log = Hippodrome();
-  for (const ImuSample& sample : log.imu) {
-    const double wave = std::sin(3.0 * ToSeconds(sample.t));
-    log.rotors.push_back({sample.t, {500.0 + wave, 0.0, 510.0 - wave, 505.0 + wave}});
-  }
-  EXPECT_THAT(FirstLook(log), Contains(HasSubstr("rotor 2 stays at 0")));
-}
-
-TEST(FirstLook, FindsAGyroscopeInDegrees) {
-  FlightLog log = Hippodrome();
-  for (ImuSample& sample : log.imu) sample.gyro /= kDegree;
-  EXPECT_THAT(FirstLook(log), Contains(HasSubstr("gyro_scale")));
 }
 
 }  // namespace

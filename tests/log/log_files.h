@@ -23,6 +23,13 @@ inline void ReplaceIn(const std::filesystem::path& path, const std::string& from
   WriteText(path, text);
 }
 
+// A log that was written and read again.
+inline FlightLog ReadBack(const FlightLog& log) {
+  const TestFolder folder;
+  WriteNativeLog(log, folder.directory());
+  return ReadNativeLog(folder.directory());
+}
+
 class LogFiles : public TestFolder {
  public:
   LogFiles() {

@@ -89,11 +89,9 @@ FlightLog LongLog(int samples) {
 }
 
 TEST(Imu, GapsAreReported) {
-  LogFiles files;
   FlightLog log = LongLog(2000);
   log.imu.erase(log.imu.begin() + 1024, log.imu.begin() + 1100);
-  WriteNativeLog(log, files.directory());
-  const FlightLog read = files.Read();
+  const FlightLog read = ReadBack(log);
   ASSERT_EQ(read.imu.size(), log.imu.size());
   EXPECT_THAT(read.warnings,
               ElementsAre(HasSubstr("imu: 1 gaps longer than 9.8 ms, 0.150 s in "
@@ -101,11 +99,9 @@ TEST(Imu, GapsAreReported) {
 }
 
 TEST(Imu, SaturationIsReported) {
-  LogFiles files;
   FlightLog log = LongLog(20000);
   for (int i = 5120; i < 5133; ++i) log.imu[static_cast<std::size_t>(i)].accel.z() = -39.2266;
-  WriteNativeLog(log, files.directory());
-  EXPECT_THAT(files.Read().warnings,
+  EXPECT_THAT(ReadBack(log).warnings,
               ElementsAre(HasSubstr("imu: az is saturated at -39.23 1 times, 0.023 s in all, first "
                                     "at 10.000 s")));
 }
@@ -113,30 +109,23 @@ TEST(Imu, SaturationIsReported) {
 // In steps of 1 deg/s a slow turn stays at every value for many samples, at the greatest one as
 // well.
 TEST(Imu, ACoarseSlowSignalIsNotSaturation) {
-  LogFiles files;
   FlightLog log = LongLog(4000);
   for (std::size_t i = 0; i < log.imu.size(); ++i) {
     const double degrees = 30.0 * std::sin(2e-3 * static_cast<double>(i));
     log.imu[i].gyro.x() = std::round(degrees) * 0.0174532925;
   }
-  WriteNativeLog(log, files.directory());
-  EXPECT_THAT(files.Read().warnings, IsEmpty());
+  EXPECT_THAT(ReadBack(log).warnings, IsEmpty());
 }
 
 TEST(Imu, AConstantChannelIsNotSaturation) {
-  LogFiles files;
   FlightLog log = LongLog(2000);
   for (ImuSample& sample : log.imu) sample.gyro.z() = 0.0;
-  WriteNativeLog(log, files.directory());
-  EXPECT_THAT(files.Read().warnings, IsEmpty());
+  EXPECT_THAT(ReadBack(log).warnings, IsEmpty());
 }
 
 // Ten minutes at 512 Hz, written and read: below the limit for a log of 100 s.
 TEST(Reader, StaysWithinMemory) {
-  LogFiles files;
-  WriteNativeLog(LongLog(512 * 600), files.directory());
-  const FlightLog read = files.Read();
-  EXPECT_EQ(read.imu.size(), 512U * 600U);
+  EXPECT_EQ(ReadBack(LongLog(512 * 600)).imu.size(), 512U * 600U);
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
 #if !defined(__SANITIZE_ADDRESS__)

@@ -43,10 +43,7 @@ void ExpectSame(const std::vector<Sample>& a, const std::vector<Sample>& b, cons
 }
 
 TEST(RoundTrip, KeepsEveryStream) {
-  const FlightLog log = RandomLog();
-  const TestFolder folder;
-  WriteNativeLog(log, folder.directory());
-  const FlightLog back = ReadNativeLog(folder.directory());
+  const FlightLog log = RandomLog(), back = ReadBack(log);
   const auto same_pose = [](const PoseSample& a, const PoseSample& b) {
     return a.p_E == b.p_E && a.q_E.coeffs() == b.q_E.coeffs();
   };
@@ -72,10 +69,7 @@ TEST(RoundTrip, KeepsEveryStream) {
 }
 
 TEST(RoundTrip, KeepsTheDescription) {
-  const FlightLog log = RandomLog();
-  const TestFolder folder;
-  WriteNativeLog(log, folder.directory());
-  const FlightLog back = ReadNativeLog(folder.directory());
+  const FlightLog log = RandomLog(), back = ReadBack(log);
   EXPECT_EQ(back.name, log.name);
   EXPECT_EQ(back.gravity, log.gravity);
   EXPECT_EQ(back.environment, "indoors");

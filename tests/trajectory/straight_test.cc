@@ -5,10 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "problems/common/error.h"
 #include "problems/common/random.h"
 #include "problems/trajectory/mocap_path.h"
-#include "tests/common/matchers.h"
+#include "tests/common/test_files.h"
 
 namespace trueline {
 namespace {
@@ -56,6 +55,13 @@ void ExpectHippodrome(const std::vector<Straight>& straights, int laps, double t
   }
 }
 
+StraightBox AlongX() {
+  StraightBox box;
+  box.low.x() = 0.0;
+  box.high.x() = kStraight;
+  return box;
+}
+
 TEST(Straights, AreFoundByCurvature) {
   ExpectHippodrome(FindStraights(Fly(5, 0.0), {}, {}), 5, 0.25);
 }
@@ -67,16 +73,11 @@ TEST(Straights, AreFoundInSlowMocap) {
 }
 
 TEST(Straights, AreTakenFromABox) {
-  StraightBox box;
-  box.low.x() = 0.0;
-  box.high.x() = 3.0;
-  ExpectHippodrome(StraightsInBoxes(Fly(4, 0.0), {box}, {}), 4, 0.03);
+  ExpectHippodrome(StraightsInBoxes(Fly(4, 0.0), {AlongX()}, {}), 4, 0.03);
 }
 
 TEST(Straights, OfABoxKeepToItsHeading) {
-  StraightBox box;
-  box.low.x() = 0.0;
-  box.high.x() = 3.0;
+  StraightBox box = AlongX();
   box.heading = 0.0;
   const auto straights = StraightsInBoxes(Fly(4, 0.0), {box}, {});
   ASSERT_EQ(straights.size(), 4U);
@@ -86,33 +87,28 @@ TEST(Straights, OfABoxKeepToItsHeading) {
 
 // Samples further apart than the window over which speed is measured.
 TEST(Straights, AreTakenFromVerySlowMocap) {
-  StraightBox box;
-  box.low.x() = 0.0;
-  box.high.x() = 3.0;
-  ExpectHippodrome(StraightsInBoxes(Fly(4, 0.0, 6.0), {box}, {}), 4, 0.4);
+  ExpectHippodrome(StraightsInBoxes(Fly(4, 0.0, 6.0), {AlongX()}, {}), 4, 0.4);
+}
+
+// With half axes of `a` along x and `b` along y.
+std::vector<PoseSample> FlyEllipse(double a, double b, int count) {
+  std::vector<PoseSample> mocap;
+  for (int i = 0; i < count; ++i) {
+    const double t = 0.01 * i;
+    mocap.push_back(
+        {FromSeconds(t), {a * std::cos(t), b * std::sin(t), -1.0}, Eigen::Quaterniond::Identity()});
+  }
+  return mocap;
 }
 
 // A circle has none, unless the flattest part is asked for.
 TEST(Straights, DontExistOnACircle) {
-  std::vector<PoseSample> mocap;
-  for (int i = 0; i < 1200; ++i) {
-    const double a = 0.01 * i;
-    mocap.push_back({FromSeconds(0.01 * i),
-                     {1.5 * std::cos(a), 1.5 * std::sin(a), -1.0},
-                     Eigen::Quaterniond::Identity()});
-  }
-  EXPECT_TRUE(FindStraights(mocap, {}, {}).empty());
+  EXPECT_TRUE(FindStraights(FlyEllipse(1.5, 1.5, 1200), {}, {}).empty());
 }
 
 // An ellipse bends everywhere; its long sides are the flattest 40 %.
 TEST(Straights, CanBeTheFlattestShare) {
-  std::vector<PoseSample> mocap;
-  for (int i = 0; i < 3000; ++i) {
-    const double a = 0.01 * i;
-    mocap.push_back({FromSeconds(0.01 * i),
-                     {2.0 * std::cos(a), std::sin(a), -1.0},
-                     Eigen::Quaterniond::Identity()});
-  }
+  const std::vector<PoseSample> mocap = FlyEllipse(2.0, 1.0, 3000);
   CurvatureOptions options;
   options.flattest_share = 0.4;
   const auto straights = FindStraights(mocap, options, {});
@@ -128,9 +124,7 @@ TEST(Straights, EndWhereMocapHasAGap) {
     return p.p_E.y() < 0.01 && std::abs(p.p_E.x() - 1) < 0.4;
   };
   mocap.erase(std::remove_if(mocap.begin(), mocap.end(), cut), mocap.end());
-  StraightBox box;
-  box.low.x() = 0.0;
-  box.high.x() = 3.0;
+  StraightBox box = AlongX();
   box.heading = 0.0;
   const auto straights = StraightsInBoxes(mocap, {box}, {});
   ASSERT_EQ(straights.size(), 1U);  // 0.6 m before the gap is too short, 1.6 m after is not
@@ -237,12 +231,8 @@ TEST(FixSampler, LeavesGapsOfMocapOut) {
 TEST(FixSampler, RefusesOptionsThatCantBe) {
   FixSamplerOptions options;
   options.max_count = 3;
-  try {
-    options.Check();
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("'max_count' must not be below min_count"));
-  }
+  EXPECT_THAT(ErrorOf([&] { options.Check(); }),
+              HasSubstr("'max_count' must not be below min_count"));
 }
 
 }  // namespace
