@@ -1,8 +1,6 @@
 // Gramians of a 20 s flight of the rotor-driven model with IMU and pose, on one core.
 #include <benchmark/benchmark.h>
 
-#include <cmath>
-
 #include "problems/observability/design_score.h"
 #include "problems/observability/e2log.h"
 #include "problems/observability/observe.h"

@@ -3,7 +3,7 @@
 
 #include "problems/common/error.h"
 #include "problems/effects/declaration.h"
-#include "tests/common/matchers.h"
+#include "tests/common/test_files.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
@@ -95,14 +95,7 @@ TEST(Considered, NamesAreTheCataloguesAndMistakesAreNamed) {
       EXPECT_EQ(Read(info.id + ": {" + parameter.name + ": 0.1}").size(), 1u) << info.id;
     }
   }
-  const auto refused = [](const std::string& yaml) {
-    try {
-      Read(yaml);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return "accepted " + yaml;
-  };
+  const auto refused = [](const std::string& yaml) { return ErrorOf([&] { Read(yaml); }); };
   EXPECT_THAT(refused("gust: {x: 1}"),
               AllOf(HasSubstr("can't be considered"), HasSubstr("rotor_tilt")));
   EXPECT_THAT(refused("rotor_loss: {share: 1}"), HasSubstr("known here: factor"));

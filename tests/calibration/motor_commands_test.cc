@@ -1,6 +1,5 @@
 // Calibration from motor commands and battery voltage where no rotor speeds are measured.
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <map>
 

@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <set>
-#include <sstream>
 
 #include "problems/common/atomic_file.h"
 #include "problems/common/verbs.h"

@@ -12,11 +12,10 @@
 #include "problems/effects/effect.h"
 #include "tests/vgd/flown_log.h"
 
-namespace trueline {
+namespace trueline::testing_window {
 namespace {
 
 using Eigen::Vector3d;
-using testing_window::FlownLog;
 
 const TimeNs kStart = FromSeconds(1.0), kFix = FromSeconds(1.503), kEnd = FromSeconds(2.0);
 
@@ -92,8 +91,7 @@ TEST_F(SegmentTest, FixResidualIsWhitenedPositionMisfit) {
   const Vector3d fix(0.3, -0.7, -1.4);
   const FixResidual cost(segment_.StateAt(kFix), {fix, 0.2});
   const Eigen::VectorXd residual = Residual(cost);
-  const Vector3d p =
-      testing_window::Integrate(track_, scaling_, theta_, Turned().data(), state(), kStart, kFix).p;
+  const Vector3d p = Integrate(track_, scaling_, theta_, Turned().data(), state(), kStart, kFix).p;
   EXPECT_LT((residual - (p - fix) / 0.2).norm(), 1e-3);
   ExpectDerivativesByDifferences(cost);
 }
@@ -113,8 +111,7 @@ TEST_F(SegmentTest, DragResidualIsTheAccelerometersMisfit) {
   const Eigen::Vector2d measured(0.4, -0.2);
   const DragResidual cost(segment_.ForceAt(kFix), {measured, 0.5});
   const Eigen::VectorXd residual = Residual(cost);
-  const Vector3d f_I =
-      testing_window::ForceInImu(track_, scaling_, theta_, Turned().data(), state(), kStart, kFix);
+  const Vector3d f_I = ForceInImu(track_, scaling_, theta_, Turned().data(), state(), kStart, kFix);
   EXPECT_LT((residual - (f_I.head<2>() - measured) / 0.5).norm(), 1e-3);
   ExpectDerivativesByDifferences(cost);
 }
@@ -131,8 +128,7 @@ TEST_F(SegmentTest, ContinuityResidualIsTheStepBetweenSegments) {
   const ContinuityResidual cost(segment_.end_node(),
                                 {scaling_.DriftUnit(), alpha, Matrix9d::Identity()});
   const Eigen::VectorXd residual = Residual(cost);
-  const auto end =
-      testing_window::Integrate(track_, scaling_, theta_, Turned().data(), state(), kStart, kEnd);
+  const auto end = Integrate(track_, scaling_, theta_, Turned().data(), state(), kStart, kEnd);
   const double unit = options_.priors[kAhrsInTheta].sigma;
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(residual[i], next_[kStateAt + i] - end.p[i], 1e-3);
@@ -208,4 +204,4 @@ TEST(NormLoss, IsSmoothAtZero) {
 }
 
 }  // namespace
-}  // namespace trueline
+}  // namespace trueline::testing_window

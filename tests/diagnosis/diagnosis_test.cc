@@ -9,30 +9,12 @@
 #include "problems/diagnosis/write_diagnosis.h"
 #include "problems/effects/declaration.h"
 #include "tests/common/matchers.h"
+#include "tests/common/test_files.h"
 #include "tests/diagnosis/expect_cause.h"
 #include "tests/simulation/short_flight.h"
 
-namespace trueline {
+namespace trueline::testing_diagnosis {
 namespace {
-
-using testing_diagnosis::ExpectAsLargeAsStated;
-using testing_diagnosis::ExpectCause;
-using testing_diagnosis::Hidden;
-using testing_diagnosis::kSigmaFactor;
-using testing_diagnosis::SquaredErrors;
-
-FlightLog FlyHiding(const std::vector<Effect>& effects, std::uint64_t seed) {
-  SimulationConfig config = testing_simulation::ReadShipped("iros2016");
-  config.effects = effects;
-  config.detector.sigma_factor = 0.05;
-  return testing_simulation::Fly(config, seed).log;
-}
-
-Diagnosis DiagnoseQuickly(const FlightLog& log) {
-  ImuDiagnosisOptions options;
-  options.measure_gain = false;
-  return Diagnose({log}, options);
-}
 
 SquaredErrors ExpectNamed(const Diagnosis& diagnosis, const Hidden& hidden) {
   EXPECT_FALSE(diagnosis.causes.empty()) << hidden.id;
@@ -52,8 +34,7 @@ TEST(Diagnose, ACleanFlightIsClean) {
 // An accelerometer that reads otherwise than on the model's flight has no wrong scale: a model that
 // the flight contradicts is left out.
 TEST(Diagnose, AModelThatTheFlightContradictsIsNotUsed) {
-  ImuDiagnosisOptions options;
-  options.measure_gain = false;
+  ImuDiagnosisOptions options = WithoutGain();
   options.warnings = {"from reading"};
   options.priors_without_model = options.vgd.priors;
   ParameterPrior& b_az = options.vgd.priors[InTheta("b_az")];
@@ -218,8 +199,7 @@ TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
   const std::map<std::string, double> wind{{"w_x", 1.0}, {"w_y", -0.6}};
   const FlightLog first = FlyHiding({{"wind", wind}}, 22);
   const FlightLog again = FlyHiding({{"wind", wind}}, 28), calm = FlyHiding({}, 28);
-  ImuDiagnosisOptions options;
-  options.measure_gain = false;
+  const ImuDiagnosisOptions options = WithoutGain();
 
   const Diagnosis repeated = Diagnose({first, again}, options);
   ASSERT_EQ(repeated.causes.size(), 1U);
@@ -260,8 +240,7 @@ TEST(Diagnose, SlowAgainstReferencesNamesWhatHasChanged) {
   const Effect wind{"wind", {{"w_x", 1.0}, {"w_y", -0.6}}};
   const FlightLog flight = FlyHiding({scale, wind}, 22);
   const FlightLog before = FlyHiding({scale}, 28), again = FlyHiding({scale, wind}, 29);
-  ImuDiagnosisOptions options;
-  options.measure_gain = false;
+  ImuDiagnosisOptions options = WithoutGain();
   options.against = true;
 
   const Diagnosis changed = Diagnose({flight, before}, options);
@@ -285,8 +264,7 @@ TEST(Diagnose, SlowWarnsOfAFurtherFlightThatCannotBeDiagnosed) {
   empty.name = "second";
   empty.fixes.clear();
   empty.mocap.clear();
-  ImuDiagnosisOptions options;
-  options.measure_gain = false;
+  ImuDiagnosisOptions options = WithoutGain();
   const Diagnosis diagnosis = Diagnose({first, empty}, options);
   ASSERT_FALSE(diagnosis.causes.empty());
   EXPECT_EQ(diagnosis.causes[0].candidate.id(), "wind");
@@ -299,13 +277,7 @@ TEST(Diagnose, SlowWarnsOfAFurtherFlightThatCannotBeDiagnosed) {
 // The simulator lacks this effect: the test scales the tilt of the logged attitude itself.
 TEST(Diagnose, SlowNamesATiltThatIsStatedTooLarge) {
   FlightLog log = FlyHiding({}, 29);
-  for (AttitudeSample& sample : log.attitude) {
-    const Eigen::Vector3d down_E = sample.q_Ep_I * Eigen::Vector3d::UnitZ();
-    const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(down_E);
-    if (axis.norm() < 1e-6) continue;
-    const double more = 0.12 * std::asin(std::min(1.0, axis.norm()));
-    sample.q_Ep_I = Eigen::AngleAxisd(more, axis.normalized()) * sample.q_Ep_I;
-  }
+  for (AttitudeSample& sample : log.attitude) ScaleTilt(&sample.q_Ep_I);
   ExpectNamed(DiagnoseQuickly(log), {"tilt_scale", {{"s", 0.12}}, {0.011}});
 }
 
@@ -328,14 +300,7 @@ TEST(Diagnose, SaysWhatIsMissing) {
   options.fit_to_mocap = true;
   log.mocap.clear();
   log.directory = "flights/lap";
-  const auto error = [&] {
-    try {
-      Diagnose({log}, options);
-    } catch (const InputError& e) {
-      return std::string(e.what());
-    }
-    return std::string();
-  };
+  const auto error = [&] { return ErrorOf([&] { Diagnose({log}, options); }); };
   EXPECT_THAT(error(), HasSubstr("flights/lap/mocap.csv"));
   options.fit_to_mocap = false;
   log.fixes.resize(30);
@@ -347,4 +312,4 @@ TEST(Diagnose, SaysWhatIsMissing) {
 }
 
 }  // namespace
-}  // namespace trueline
+}  // namespace trueline::testing_diagnosis

@@ -7,8 +7,37 @@
 
 #include "problems/diagnosis/diagnosis.h"
 #include "tests/common/bands.h"
+#include "tests/simulation/short_flight.h"
 
 namespace trueline::testing_diagnosis {
+
+// Round the gates of iros2016, which are seen exactly.
+inline FlightLog FlyHiding(const std::vector<Effect>& effects, std::uint64_t seed) {
+  SimulationConfig config = testing_simulation::ReadShipped("iros2016", 0.0, effects);
+  config.detector.sigma_factor = 0.05;
+  return testing_simulation::Fly(config, seed).log;
+}
+
+inline ImuDiagnosisOptions WithoutGain() {
+  ImuDiagnosisOptions options;
+  options.measure_gain = false;
+  return options;
+}
+inline Diagnosis DiagnoseQuickly(const std::vector<FlightLog>& logs) {
+  return Diagnose(logs, WithoutGain());
+}
+inline Diagnosis DiagnoseQuickly(const FlightLog& log) {
+  return DiagnoseQuickly(std::vector<FlightLog>{log});
+}
+
+// States a tilt that is too large by 12 %.
+inline void ScaleTilt(Eigen::Quaterniond* q) {
+  const Eigen::Vector3d down = *q * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(down);
+  if (axis.norm() < 1e-6) return;
+  const double more = 0.12 * std::asin(std::min(1.0, axis.norm()));
+  *q = Eigen::AngleAxisd(more, axis.normalized()) * *q;
+}
 
 // An effect's values, and the expected sigmas by estimated parameter: means over five simulated
 // flights. The flights' errors agree with them, or are smaller where the effect's `ordinary` size

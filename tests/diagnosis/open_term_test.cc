@@ -11,6 +11,7 @@
 #include "problems/diagnosis/write_diagnosis.h"
 #include "problems/log/samples.h"
 #include "tests/common/test_files.h"
+#include "tests/diagnosis/expect_cause.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 #include "tests/simulation/short_flight.h"
 
@@ -181,12 +182,6 @@ FlightLog FlyWithForces(const std::vector<simulation::UnnamedForce>& forces, std
   return testing_simulation::Fly(config, seed).log;
 }
 
-Diagnosis DiagnoseQuickly(const std::vector<FlightLog>& logs) {
-  ImuDiagnosisOptions options;
-  options.measure_gain = false;
-  return Diagnose(logs, options);
-}
-
 simulation::UnnamedForce WithMotion(int axis, const std::vector<int>& factors, double size) {
   simulation::UnnamedForce force;
   force.axis = axis;
@@ -198,7 +193,7 @@ simulation::UnnamedForce WithMotion(int axis, const std::vector<int>& factors, d
 TEST(DiagnoseOpenTerms, SlowAForceThatGoesWithTheTurnIsDescribedAndRepeats) {
   const auto force = WithMotion(kXB, {kYawRate}, 0.3);
   const Diagnosis diagnosis =
-      DiagnoseQuickly({FlyWithForces({force}, 5), FlyWithForces({force}, 6)});
+      testing_diagnosis::DiagnoseQuickly({FlyWithForces({force}, 5), FlyWithForces({force}, 6)});
   ASSERT_FALSE(diagnosis.open.described.empty());
   const DescribedTerm& term = diagnosis.open.described[0];
   EXPECT_EQ(term.term.Name(), "force along x_B with yaw rate");
@@ -236,7 +231,8 @@ TEST(DiagnoseOpenTerms, SlowATermJoinsTheModelOfTheNextFlight) {
   with.effects = model.effects;
   with.measure_gain = false;
   const FlightLog next = FlyWithForces({force}, 6);
-  const Diagnosis second = Diagnose({next}, with), without = DiagnoseQuickly({next});
+  const Diagnosis second = Diagnose({next}, with),
+                  without = testing_diagnosis::DiagnoseQuickly({next});
   // At nearly one speed yaw rate and its product with the speed are alike.
   TermForm product = *term.term;
   product.with.insert(product.with.begin(), {TermQuantity::kSpeedX, {}});
@@ -251,7 +247,7 @@ TEST(DiagnoseOpenTerms, SlowAForceAtAPlaceIsDescribedWhereItIs) {
   simulation::UnnamedForce push = WithMotion(kEast, {}, 2.5);
   push.place = {12.0, 31.0};
   push.radius = 6.0;
-  const Diagnosis diagnosis = DiagnoseQuickly({FlyWithForces({push}, 5)});
+  const Diagnosis diagnosis = testing_diagnosis::DiagnoseQuickly({FlyWithForces({push}, 5)});
   ASSERT_FALSE(diagnosis.open.described.empty());
   const DescribedTerm& term = diagnosis.open.described[0];
   EXPECT_TRUE(IsLocal(term.term.with)) << term.term.Name();
@@ -270,7 +266,7 @@ TEST(DiagnoseOpenTerms, SlowFixesThatErrWithTheSquareOfTheDistance) {
     const Eigen::Vector3d to_gate = GateOf(log, fix.gate)->position - fix.p_E;
     fix.p_E -= 0.08 * to_gate.norm() * to_gate;
   }
-  const Diagnosis diagnosis = DiagnoseQuickly({log});
+  const Diagnosis diagnosis = testing_diagnosis::DiagnoseQuickly({log});
   const auto& described = diagnosis.open.described;
   const auto term = std::ranges::find_if(
       described, [](const DescribedTerm& t) { return t.term.Where() == "fix_gate"; });
@@ -282,7 +278,9 @@ TEST(DiagnoseOpenTerms, SlowFixesThatErrWithTheSquareOfTheDistance) {
 
 TEST(DiagnoseOpenTerms, SlowFlightsWithoutForcesHaveNone) {
   for (const std::uint64_t seed : {5u, 6u, 7u}) {
-    EXPECT_TRUE(DiagnoseQuickly({FlyWithForces({}, seed)}).open.described.empty()) << seed;
+    EXPECT_TRUE(
+        testing_diagnosis::DiagnoseQuickly({FlyWithForces({}, seed)}).open.described.empty())
+        << seed;
   }
 }
 

@@ -8,13 +8,8 @@
 #include "tests/diagnosis/expect_cause.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
-namespace trueline {
+namespace trueline::testing_diagnosis {
 namespace {
-
-using testing_diagnosis::ExpectAsLargeAsStated;
-using testing_diagnosis::ExpectCause;
-using testing_diagnosis::Hidden;
-using testing_diagnosis::SquaredErrors;
 
 FlightLog FlyRotorsHiding(const std::vector<Effect>& effects, double duration, std::uint64_t seed) {
   RotorSimulation sim(WuestVehicle());
@@ -246,4 +241,4 @@ TEST(DiagnoseRotors, SaysWhatIsMissing) {
 }
 
 }  // namespace
-}  // namespace trueline
+}  // namespace trueline::testing_diagnosis

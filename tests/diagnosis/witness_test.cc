@@ -6,6 +6,7 @@
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/rules.h"
 #include "tests/common/matchers.h"
+#include "tests/diagnosis/expect_cause.h"
 #include "tests/simulation/short_flight.h"
 #include "tests/vgd/tilt_noise.h"
 
@@ -271,21 +272,10 @@ TEST(Witness, AnotherSizeOfTheEffectDoesNotRefuteIt) {
 // The fit finds a scale of the tilt, but mocap's attitude is the same: the model's thrust or
 // acceleration is wrong, and not the attitude.
 TEST(Witness, SlowARefutedCauseIsSetAside) {
-  SimulationConfig config = testing_simulation::ReadShipped("iros2016");
-  config.detector.sigma_factor = 0.05;
-  FlightLog log = testing_simulation::Fly(config, 29).log;
-  const auto scale = [](Eigen::Quaterniond* q) {
-    const Eigen::Vector3d down = *q * Eigen::Vector3d::UnitZ();
-    const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(down);
-    if (axis.norm() < 1e-6) return;
-    const double more = 0.12 * std::asin(std::min(1.0, axis.norm()));
-    *q = Eigen::AngleAxisd(more, axis.normalized()) * *q;
-  };
-  for (AttitudeSample& sample : log.attitude) scale(&sample.q_Ep_I);
-  for (PoseSample& sample : log.mocap) scale(&sample.q_E);
-  ImuDiagnosisOptions options;
-  options.measure_gain = false;
-  const Diagnosis diagnosis = Diagnose({log}, options);
+  FlightLog log = testing_diagnosis::FlyHiding({}, 29);
+  for (AttitudeSample& sample : log.attitude) testing_diagnosis::ScaleTilt(&sample.q_Ep_I);
+  for (PoseSample& sample : log.mocap) testing_diagnosis::ScaleTilt(&sample.q_E);
+  const Diagnosis diagnosis = testing_diagnosis::DiagnoseQuickly(log);
   for (const Cause& cause : diagnosis.causes) EXPECT_NE(cause.candidate.id(), "tilt_scale");
   ASSERT_FALSE(diagnosis.set_aside.empty());
   EXPECT_EQ(diagnosis.set_aside[0].candidate.id(), "tilt_scale");
@@ -295,14 +285,9 @@ TEST(Witness, SlowARefutedCauseIsSetAside) {
 }
 
 TEST(Diagnose, SlowNoWindIsLookedForIndoors) {
-  SimulationConfig config =
-      testing_simulation::ReadShipped("iros2016", 0.0, {{"wind", {{"w_x", 1.0}, {"w_y", -0.6}}}});
-  config.detector.sigma_factor = 0.05;
-  FlightLog log = testing_simulation::Fly(config, 22).log;
+  FlightLog log = testing_diagnosis::FlyHiding({{"wind", {{"w_x", 1.0}, {"w_y", -0.6}}}}, 22);
   log.environment = "indoors";
-  ImuDiagnosisOptions options;
-  options.measure_gain = false;
-  const Diagnosis diagnosis = Diagnose({log}, options);
+  const Diagnosis diagnosis = testing_diagnosis::DiagnoseQuickly(log);
   for (const Cause& cause : diagnosis.causes) EXPECT_NE(cause.candidate.id(), "wind");
   for (const CandidateReport& candidate : diagnosis.candidates) EXPECT_NE(candidate.id, "wind");
   EXPECT_NE(diagnosis.verdict, "clean");

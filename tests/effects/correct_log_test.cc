@@ -4,12 +4,8 @@
 #include "problems/effects/effect.h"
 #include "tests/simulation/short_flight.h"
 
-namespace trueline {
+namespace trueline::testing_simulation {
 namespace {
-
-using testing_simulation::Fly;
-using testing_simulation::FlyWith;
-using testing_simulation::ShortExactFlight;
 
 double LargestTurn(const FlightLog& a, const FlightLog& b) {
   double largest = 0.0;
@@ -141,4 +137,4 @@ TEST(CorrectLog, TakesOutWhatTheAccelerometerAdds) {
 }
 
 }  // namespace
-}  // namespace trueline
+}  // namespace trueline::testing_simulation

@@ -12,7 +12,7 @@
 #include "problems/result/render.h"
 #include "problems/trajectory/trajectory_config.h"
 #include "tests/common/bands.h"
-#include "tests/common/matchers.h"
+#include "tests/common/test_files.h"
 
 namespace trueline {
 namespace {
@@ -171,12 +171,8 @@ TEST(RotorExperiment, WrongOnesAreRefusedByName) {
   std::ifstream shipped(Shipped("rotors_coverage"));
   std::ofstream(file) << shipped.rdbuf()
                       << "  - {name: designed, kind: file, file: nowhere.yaml}\n";
-  try {
-    ReadRotorExperiment(file);
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr("nowhere.yaml"), HasSubstr("file")));
-  }
+  EXPECT_THAT(ErrorOf([&] { ReadRotorExperiment(file); }),
+              AllOf(HasSubstr("nowhere.yaml"), HasSubstr("file")));
   fs::remove(file);
 }
 

@@ -5,7 +5,6 @@
 #include <map>
 #include <memory>
 
-#include "problems/common/error.h"
 #include "problems/common/progress.h"
 #include "problems/experiment/rotor_experiment.h"
 #include "problems/log/native_log.h"

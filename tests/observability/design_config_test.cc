@@ -7,7 +7,7 @@
 #include "problems/common/error.h"
 #include "problems/observability/design.h"
 #include "problems/trajectory/trajectory_config.h"
-#include "tests/common/matchers.h"
+#include "tests/common/test_files.h"
 
 namespace trueline {
 namespace {
@@ -108,12 +108,8 @@ void ExpectRefused(const std::string& key, const std::string& value, const std::
                    const char* shipped = "quick.yaml") {
   YAML::Node node = YAML::LoadFile((kDesignConfigs / shipped).string());
   node[key] = YAML::Load(value);
-  try {
-    ReadDesignTask(YamlMap(node, "d.yaml", ""), 0, 1);
-    FAIL() << "accepted " << key << ": " << value;
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr(part));
-  }
+  EXPECT_THAT(ErrorOf([&] { ReadDesignTask(YamlMap(node, "d.yaml", ""), 0, 1); }), HasSubstr(part))
+      << key << ": " << value;
 }
 
 TEST(DesignConfig, MistakesAreNamed) {

@@ -1,6 +1,5 @@
 // The flown drone against physics and course.
 #include <cmath>
-#include <numeric>
 
 #include "tests/common/matchers.h"
 #include "tests/simulation/short_flight.h"

@@ -43,6 +43,28 @@ class RotorEffects : public ::testing::Test {
       ASSERT_LT((s.f_B - expected(s)).norm(), 1e-9) << "at " << s.t << " s";
     }
   }
+  template <class Expected>
+  void ExpectThrust(const Expected& expected) const {
+    for (const TruthSample& s : flown.truth.trajectory) {
+      ASSERT_NEAR(s.thrust, expected(s), 1e-9) << "at " << s.t << " s";
+    }
+  }
+  // The angular acceleration is that of rotors about the centre of mass, gyroscopic terms and more.
+  template <class Centre, class More>
+  void ExpectMoment(const Centre& centre, const More& more) const {
+    const Eigen::Matrix3d inertia = config.vehicle.inertia.asDiagonal();
+    for (const TruthSample& s : flown.truth.trajectory) {
+      Vector3d moment = more(s);
+      for (int i = 0; i < 4; ++i) {
+        const Rotor& rotor = config.vehicle.rotors[i];
+        const double squared = s.rotors[i] * s.rotors[i];
+        moment += (rotor.position - centre(s)).cross(Vector3d(0, 0, -rotor.k_f * squared));
+        moment.z() -= rotor.spin * rotor.k_m * squared;  // drag turns the body against the rotor
+      }
+      ASSERT_LT((inertia * s.dw_B + s.w_B.cross(inertia * s.w_B) - moment).norm(), 1e-9);
+    }
+  }
+  static Vector3d Nothing(const TruthSample&) { return Vector3d::Zero(); }
 
   SimulationConfig config = ShortExactFlight();
   Flown flown;
@@ -57,9 +79,7 @@ TEST_F(RotorEffects, LinearDrag) {
 
 TEST_F(RotorEffects, ThrustSag) {
   FlyEffect("thrust_sag", {{"d", 0.01}});
-  for (const TruthSample& s : flown.truth.trajectory) {
-    ASSERT_NEAR(s.thrust, NominalThrust(s) * (1.0 - 0.01 * s.t), 1e-9);
-  }
+  ExpectThrust([&](const TruthSample& s) { return NominalThrust(s) * (1.0 - 0.01 * s.t); });
 }
 
 TEST_F(RotorEffects, RotorLoss) {
@@ -98,53 +118,32 @@ TEST_F(RotorEffects, BodyDrag) {
   });
 }
 
-// The angular acceleration less that of rotors and gyroscopic terms is the moment of the air.
 TEST_F(RotorEffects, AirMoment) {
   FlyEffect("air_moment", {{"roll", 3e-4}, {"pitch", 5e-4}});
-  const Eigen::Matrix3d inertia = config.vehicle.inertia.asDiagonal();
-  for (const TruthSample& s : flown.truth.trajectory) {
-    Vector3d moment(-3e-4 * Velocity(s).y(), 5e-4 * Velocity(s).x(), 0.0);
-    for (int i = 0; i < 4; ++i) {
-      const Rotor& rotor = config.vehicle.rotors[i];
-      const double squared = s.rotors[i] * s.rotors[i];
-      moment += rotor.position.cross(Vector3d(0, 0, -rotor.k_f * squared));
-      moment.z() -= rotor.spin * rotor.k_m * squared;
-    }
-    ASSERT_LT((inertia * s.dw_B + s.w_B.cross(inertia * s.w_B) - moment).norm(), 1e-9);
-  }
+  ExpectMoment(Nothing, [](const TruthSample& s) {
+    return Vector3d(-3e-4 * Velocity(s).y(), 5e-4 * Velocity(s).x(), 0.0);
+  });
 }
 
 TEST_F(RotorEffects, GroundEffect) {
   FlyEffect("ground_effect", {{"k", 0.4}});
-  for (const TruthSample& s : flown.truth.trajectory) {
-    ASSERT_NEAR(s.thrust, NominalThrust(s) / (1.0 - std::pow(0.4 / -s.p_E.z(), 2)), 1e-9);
-  }
+  ExpectThrust([&](const TruthSample& s) {
+    return NominalThrust(s) / (1.0 - std::pow(0.4 / -s.p_E.z(), 2));
+  });
 }
 
 TEST_F(RotorEffects, PayloadStep) {
   FlyEffect("payload_step", {{"t_step", 3.0}, {"mass", 0.05}});
-  for (const TruthSample& s : flown.truth.trajectory) {
-    const double share = s.t >= 3.0 ? 0.40 / 0.45 : 1.0;
-    ASSERT_NEAR(s.thrust, NominalThrust(s) * share, 1e-9);
-  }
+  ExpectThrust(
+      [&](const TruthSample& s) { return NominalThrust(s) * (s.t >= 3.0 ? 0.40 / 0.45 : 1.0); });
 }
 
-// Moments about the displaced centre, from rotors and gyroscopic terms, give the angular
-// acceleration.
 TEST_F(RotorEffects, ComStep) {
   FlyEffect("com_step", {{"t_step", 3.0}, {"dx", 0.004}, {"dy", -0.003}});
-  const Eigen::Matrix3d inertia = config.vehicle.inertia.asDiagonal();
-  for (const TruthSample& s : flown.truth.trajectory) {
-    const Vector3d com = s.t >= 3.0 ? Vector3d(0.004, -0.003, 0.0) : Vector3d::Zero();
-    Vector3d moment = Vector3d::Zero();
-    for (int i = 0; i < 4; ++i) {
-      const Rotor& rotor = config.vehicle.rotors[i];
-      const double squared = s.rotors[i] * s.rotors[i];
-      moment += (rotor.position - com).cross(Vector3d(0, 0, -rotor.k_f * squared));
-      moment.z() -= rotor.spin * rotor.k_m * squared;  // drag turns the body against the rotor
-    }
-    ASSERT_LT((inertia * s.dw_B + s.w_B.cross(inertia * s.w_B) - moment).norm(), 1e-9);
-  }
+  const auto centre = [](const TruthSample& s) -> Vector3d {
+    return s.t >= 3.0 ? Vector3d(0.004, -0.003, 0.0) : Vector3d::Zero();
+  };
+  ExpectMoment(centre, Nothing);
 }
 
 TEST_F(RotorEffects, RotorTilt) {

@@ -1,7 +1,6 @@
 // Noise measured from the log, and the other sensors' settings.
 #include <cmath>
 
-#include "problems/common/random.h"
 #include "tests/common/matchers.h"
 #include "tests/simulation/short_flight.h"
 
@@ -10,10 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-SimulationConfig Hover(double duration) {
-  SimulationConfig config = ReadShipped("hover", duration);
-  return config;
-}
+SimulationConfig Hover(double duration) { return ReadShipped("hover", duration); }
 
 TEST(Sensors, NoiseDensitiesAreThoseStated) {
   const SimulationConfig config = Hover(30.0);

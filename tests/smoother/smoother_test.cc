@@ -2,14 +2,11 @@
 #include "problems/smoother/smoother.h"
 
 #include "problems/calibration/calibration.h"
-#include "problems/common/error.h"
-#include "tests/common/matchers.h"
+#include "tests/common/test_files.h"
 #include "tests/vgd/flights.h"
 
-namespace trueline {
+namespace trueline::testing_vgd {
 namespace {
-
-using testing_vgd::Find;
 
 SimulationConfig Hippodrome(double duration) {
   SimulationConfig config = testing_simulation::ReadShipped("hippodrome", duration);
@@ -31,16 +28,11 @@ FlightData DataOf(const FlightLog& log, const VgdOptions& options) {
 }
 
 TEST(Smoother, WithoutProcessNoiseSaysWhatToSet) {
-  const testing_vgd::Flight flight(Hippodrome(12.0), 1, VgdOptions());
+  const Flight flight(Hippodrome(12.0), 1, VgdOptions());
   VgdOptions rigid;
   rigid.process = {};
-  try {
-    RunSmoother(flight.data, rigid, SmootherOptions());
-    FAIL() << "took a problem without states to cut at";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("process"));
-    EXPECT_THAT(error.what(), HasSubstr("smoother"));
-  }
+  EXPECT_THAT(ErrorOf([&] { RunSmoother(flight.data, rigid, SmootherOptions()); }),
+              AllOf(HasSubstr("process"), HasSubstr("smoother")));
 }
 
 // Data after an arc's start change no digit of its prediction.
@@ -94,7 +86,7 @@ TEST(Smoother, CarriesParametersOverABreak) {
 // More flight never makes the vehicle's constants less certain: they are constant.
 TEST(Smoother, KnowsTheVehicleBetterWithEveryPass) {
   const VgdOptions options = FixedStrengths();
-  const testing_vgd::Flight flight(Hippodrome(40.0), 4, options);
+  const Flight flight(Hippodrome(40.0), 4, options);
   const EstimatorRun run = RunSmoother(flight.data, options, SmootherOptions());
   const SimulationConfig truth = Hippodrome(40.0);
   double last = 1.0;
@@ -167,4 +159,4 @@ TEST(FalsePass, SlowGoodFlightsRaiseNoAlarm) {
 }
 
 }  // namespace
-}  // namespace trueline
+}  // namespace trueline::testing_vgd

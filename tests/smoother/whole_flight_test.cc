@@ -3,7 +3,6 @@
 #include "problems/smoother/whole_flight.h"
 
 #include "problems/smoother/evidence_maximum.h"
-#include "tests/common/bands.h"
 #include "tests/common/matchers.h"
 #include "tests/vgd/flights.h"
 

@@ -4,12 +4,8 @@
 #include "tests/common/test_files.h"
 #include "tests/vgd/flown_log.h"
 
-namespace trueline {
+namespace trueline::testing_window {
 namespace {
-
-using testing_window::AttitudeAt;
-using testing_window::FlownLog;
-using testing_window::ThrustAt;
 
 double Duration(const DriveTrack& track, double from, double to) {
   double sum = 0.0;
@@ -160,4 +156,4 @@ TEST(DriveTrack, RefusesStreamsThatDoNotOverlap) {
 }
 
 }  // namespace
-}  // namespace trueline
+}  // namespace trueline::testing_window

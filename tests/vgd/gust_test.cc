@@ -9,10 +9,8 @@
 #include "tests/common/bands.h"
 #include "tests/vgd/flights.h"
 
-namespace trueline {
+namespace trueline::testing_vgd {
 namespace {
-
-using testing_vgd::Flight;
 
 // Of the part across a thrust axis that leans more and more, integrated in small steps.
 TEST(Gust, MovesTheStateAsItsTwiceIntegralAcrossTheThrust) {
@@ -42,7 +40,7 @@ TEST(Gust, WindowsDerivativesAreThoseOfItsResiduals) {
   VgdOptions options;
   options.gamma = 1;
   options.loss = FixLoss::kNone;
-  SimulationConfig config = testing_vgd::ExactHippodrome(6.0);
+  SimulationConfig config = ExactHippodrome(6.0);
   const Flight flight(config, 2, options);
   const WindowData data = CutWindow(flight.data, options, 0, 1, true);
   WindowProblem window(flight.data.track, data, options);
@@ -88,7 +86,7 @@ TEST(Gust, NeedsTheAccelerometerAndAProcess) {
   EXPECT_TRUE(options.UsesGusts());
   options.drag_measurement.enabled = false;
   EXPECT_FALSE(options.UsesGusts());
-  EXPECT_FALSE(testing_vgd::RigidOptions().UsesGusts());
+  EXPECT_FALSE(RigidOptions().UsesGusts());
 }
 
 // Share of arcs inside of their 95 % ellipses, and the mean error, in lasting gusts of 0.25 m/s^2.
@@ -100,7 +98,7 @@ struct Arcs {
 Arcs FlyThroughGusts(const VgdOptions& options) {
   Arcs arcs;
   for (int seed = 1; seed <= 3; ++seed) {
-    SimulationConfig config = testing_vgd::ExactHippodrome(40.0);
+    SimulationConfig config = ExactHippodrome(40.0);
     config.turbulence.sigma = {0.25, 0.25, 0.1};
     config.turbulence.memory = 0.8;
     const Flight flight(config, seed, options);
@@ -109,7 +107,7 @@ Arcs FlyThroughGusts(const VgdOptions& options) {
     arcs.count += summary.error.count;
     arcs.inside += summary.inside_95;
     arcs.error += summary.error.mean * summary.error.count;
-    arcs.squares += testing_vgd::SquaredArcErrors(run);
+    arcs.squares += SquaredArcErrors(run);
   }
   arcs.error /= arcs.count;
   return arcs;
@@ -200,4 +198,4 @@ TEST(DragErrors, AWidenedDragReturnsToItsPrior) {
 }
 
 }  // namespace
-}  // namespace trueline
+}  // namespace trueline::testing_vgd

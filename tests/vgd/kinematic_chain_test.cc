@@ -13,11 +13,8 @@
 #include "tests/simulation/short_flight.h"
 #include "tests/vgd/flights.h"
 
-namespace trueline {
+namespace trueline::testing_vgd {
 namespace {
-
-using testing_vgd::ExactHippodrome;
-using testing_vgd::Flight;
 
 constexpr double kGravity = 9.81;
 
@@ -266,4 +263,4 @@ TEST_F(VgdKinematicTest, CovarianceCoversTheArcsEnd) {
 }
 
 }  // namespace
-}  // namespace trueline
+}  // namespace trueline::testing_vgd

@@ -3,15 +3,8 @@
 #include "tests/common/matchers.h"
 #include "tests/vgd/flights.h"
 
-namespace trueline {
+namespace trueline::testing_vgd {
 namespace {
-
-using testing_vgd::ExactHippodrome;
-using testing_vgd::Find;
-using testing_vgd::Flight;
-using testing_vgd::RigidOptions;
-using testing_vgd::SolveLast;
-using testing_vgd::TrueTheta;
 
 // Root mean square of (value - truth) in prior sigmas.
 double Miss(const WindowEstimate& window, const SimulationConfig& config,
@@ -157,4 +150,4 @@ TEST(Defaults, FindTheAhrsErrorOfANoisyFlight) {
 }
 
 }  // namespace
-}  // namespace trueline
+}  // namespace trueline::testing_vgd

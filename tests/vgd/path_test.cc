@@ -1,8 +1,6 @@
 // Passes, truth at their start, robust lines and rough paths, preintegrated chains.
 #include <gtest/gtest.h>
 
-#include <utility>
-
 #include "problems/common/random.h"
 #include "problems/vgd/force_samples.h"
 #include "problems/vgd/motion_chain.h"

@@ -1,20 +1,13 @@
 // The fit as Li et al. 2019 publish it: no prior, random starts, line searches.
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "problems/calibration/estimators.h"
 #include "problems/common/error.h"
 #include "problems/vgd/vgd_kinematic.h"
 #include "tests/vgd/flights.h"
 
-namespace trueline {
+namespace trueline::testing_vgd {
 namespace {
-
-using testing_vgd::ExactHippodrome;
-using testing_vgd::Find;
-using testing_vgd::Flight;
-using testing_vgd::SolveLast;
 
 EstimatorOptions ReadCalibrate(const std::string& name) {
   return FromYaml<EstimatorOptions>(YamlMap::FromFile(
@@ -120,4 +113,4 @@ TEST(PublishedFit, BoundsNeedTheTrustRegion) {
 }
 
 }  // namespace
-}  // namespace trueline
+}  // namespace trueline::testing_vgd

@@ -7,14 +7,8 @@
 #include "tests/vgd/flights.h"
 #include "tests/vgd/flown_log.h"
 
-namespace trueline {
+namespace trueline::testing_vgd {
 namespace {
-
-using testing_vgd::ExactHippodrome;
-using testing_vgd::Flight;
-using testing_vgd::RigidOptions;
-using testing_vgd::SolveLast;
-using testing_vgd::TrueTheta;
 
 TEST(RigidFit, FindsTheTrueNine) {
   VgdOptions options = RigidOptions();
@@ -215,4 +209,4 @@ TEST(RigidFit, SlowManyStartsReachOneOptimum) {
 }
 
 }  // namespace
-}  // namespace trueline
+}  // namespace trueline::testing_vgd

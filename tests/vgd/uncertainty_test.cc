@@ -11,14 +11,8 @@
 #include "tests/simulation/short_flight.h"
 #include "tests/vgd/flights.h"
 
-namespace trueline {
+namespace trueline::testing_vgd {
 namespace {
-
-using testing_vgd::ExactHippodrome;
-using testing_vgd::Find;
-using testing_vgd::Flight;
-using testing_vgd::RigidOptions;
-using testing_vgd::SquaredArcErrors;
 
 TEST(Identifiability, NamesAnExactlyOpenCombination) {
   // The data determine a + b to 0.01 and c to 0.7, and give no information on a - b.
@@ -299,4 +293,4 @@ TEST(ArcAfter, TruthByFixesHasTheirSigma) {
 }
 
 }  // namespace
-}  // namespace trueline
+}  // namespace trueline::testing_vgd
