@@ -64,67 +64,12 @@ NeutralVehicle With(std::initializer_list<std::pair<const char*, double>> more,
   return vehicle;
 }
 
-TEST_F(ExportTest, RotorPyFliesTheSame) {
-  const Export e = Write(With({{"rotor_speed_drag", 1e-4},
-                               {"rotor_inflow", 3e-6},
-                               {"translational_lift", 0.01},
-                               {"c_x", 0.02},
-                               {"c_y", 0.02},
-                               {"tau", 0.04},
-                               {"r_BM_x", 0.0005}}),
-                         "rotorpy");
-  ExpectSameFlight(e.vehicle, replay::LoadRotorPy(out_));
-  EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
-}
-
-TEST_F(ExportTest, GazeboFliesTheSame) {
-  const Export e = Write(With({{"rotor_speed_drag", 1e-4}, {"tau", 0.03}}, 9.8), "gz");
-  ExpectSameFlight(e.vehicle, replay::LoadGazebo(out_, false));
-  EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
-}
-
 // Its thrust falls by 1/25 for each m/s along the axis, which is no parameter of any file: the
 // flight is the same but for that, and the export says so.
 TEST_F(ExportTest, Px4ClassicFliesTheSameButForItsLossOfThrust) {
   const Export e = Write(With({{"rotor_speed_drag", 1e-4}, {"tau", 0.03}}, 9.8), "px4_classic");
   ExpectSameFlight(e.vehicle, replay::LoadGazebo(out_, false));
   EXPECT_THAT(LossText(e, FindTarget("px4_classic")), HasSubstr("1/25"));
-}
-
-TEST_F(ExportTest, SihFliesTheSame) {
-  const Export e = Write(
-      With({{"K_x", -0.3}, {"K_y", -0.3}, {"K_z", -0.3}, {"tau", 0.03}, {"full_speed", 2200.0}},
-           9.80665),
-      "px4_sih");
-  ExpectSameFlight(e.vehicle, replay::LoadSih(out_, 2200.0));
-  EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
-}
-
-TEST_F(ExportTest, GymPybulletDronesFliesTheSame) {
-  const Export e =
-      Write(With({{"rotor_speed_drag", 1e-4}, {"rotor_inflow", 1e-4}}, 9.8), "gym_pybullet_drones");
-  ExpectSameFlight(e.vehicle, replay::LoadGymPybullet(out_));
-  EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
-}
-
-TEST_F(ExportTest, PyFlytFliesTheSame) {
-  const Export e =
-      Write(With({{"c_x", 0.02}, {"c_y", 0.02}, {"c_z", 0.02}, {"tau", 0.03}}), "pyflyt");
-  ExpectSameFlight(e.vehicle, replay::LoadPyFlyt(out_, Beside(".urdf")));
-  EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
-}
-
-TEST_F(ExportTest, MujocoFliesTheSame) {
-  const Export e =
-      Write(With({{"tau", 0.03}, {"full_speed", 2200.0}, {"r_BM_x", 0.002}}), "mujoco");
-  ExpectSameFlight(e.vehicle, replay::LoadMujoco(out_, 2200.0));
-  EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
-}
-
-TEST_F(ExportTest, AirSimFliesTheSame) {
-  const Export e = Write(With({{"tau", 0.03}, {"full_speed", 2200.0}}), "airsim");
-  ExpectSameFlight(e.vehicle, replay::LoadAirSim(out_, 2200.0));
-  EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
 }
 
 // Its inertia is that of a box: what no box has is said.
@@ -134,37 +79,69 @@ TEST_F(ExportTest, AirSimLosesDrag) {
   EXPECT_EQ(e.lost[0].name, "K_x");
 }
 
-TEST_F(ExportTest, IsaacLabFliesTheSame) {
-  const Export e = Write(With({{"tau", 0.03}, {"full_speed", 2200.0}}), "isaac_lab");
-  ExpectSameFlight(e.vehicle, replay::LoadIsaacLab(out_, 2200.0));
+// The file of a target flies as the vehicle that it was made of, which loses nothing there.
+struct Same {
+  const char* to;
+  NeutralVehicle vehicle;
+  replay::Simulator (*load)(const std::filesystem::path& file);
+};
+void PrintTo(const Same& same, std::ostream* out) { *out << same.to; }
+
+class FliesTheSame : public ExportTest, public testing::WithParamInterface<Same> {};
+
+TEST_P(FliesTheSame, AndLosesNothing) {
+  const Export e = Write(GetParam().vehicle, GetParam().to);
+  ExpectSameFlight(e.vehicle, GetParam().load(out_));
   EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
 }
 
-TEST_F(ExportTest, CrazyflowFliesTheSame) {
-  const Export e =
-      Write(With({{"K_x", -0.3}, {"K_y", -0.4}, {"K_z", -0.2}, {"tau", 0.05}, {"r_BM_x", 0.002}}),
-            "crazyflow");
-  ExpectSameFlight(e.vehicle, replay::LoadCrazyflow(out_));
-  EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
-}
+constexpr double kAtFull = 2200.0;  // rad/s
+const std::pair<const char*, double> kSpeedDrag{"rotor_speed_drag", 1e-4}, kLagged{"tau", 0.03},
+    kFull{"full_speed", kAtFull}, kShifted{"r_BM_x", 0.002};
 
-TEST_F(ExportTest, FlightmareFliesTheSame) {
-  const Export e = Write(With({{"K_x", -0.3},
-                               {"K_y", -0.4},
-                               {"K_z", -0.2},
-                               {"translational_lift", 0.01},
-                               {"tau", 0.05},
-                               {"r_BM_x", 0.002}}),
-                         "flightmare");
-  ExpectSameFlight(e.vehicle, replay::LoadFlightmare(out_));
-  EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
-}
-
-TEST_F(ExportTest, RotorSFliesTheSame) {
-  const Export e = Write(With({{"rotor_speed_drag", 1e-4}, {"tau", 0.03}}, 9.8), "rotors");
-  ExpectSameFlight(e.vehicle, replay::LoadRotorS(out_));
-  EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
-}
+INSTANTIATE_TEST_SUITE_P(
+    Export, FliesTheSame,
+    testing::Values(
+        Same{"rotorpy",
+             With({kSpeedDrag,
+                   {"rotor_inflow", 3e-6},
+                   {"translational_lift", 0.01},
+                   {"c_x", 0.02},
+                   {"c_y", 0.02},
+                   {"tau", 0.04},
+                   {"r_BM_x", 0.0005}}),
+             replay::LoadRotorPy},
+        Same{"gz", With({kSpeedDrag, kLagged}, 9.8),
+             [](const auto& file) { return replay::LoadGazebo(file, false); }},
+        Same{"px4_sih",
+             With({{"K_x", -0.3}, {"K_y", -0.3}, {"K_z", -0.3}, kLagged, kFull}, 9.80665),
+             [](const auto& file) { return replay::LoadSih(file, kAtFull); }},
+        Same{"gym_pybullet_drones", With({kSpeedDrag, {"rotor_inflow", 1e-4}}, 9.8),
+             replay::LoadGymPybullet},
+        Same{"pyflyt", With({{"c_x", 0.02}, {"c_y", 0.02}, {"c_z", 0.02}, kLagged}),
+             [](const auto& file) {
+               return replay::LoadPyFlyt(file,
+                                         std::filesystem::path(file).replace_extension(".urdf"));
+             }},
+        Same{"mujoco", With({kLagged, kFull, kShifted}),
+             [](const auto& file) { return replay::LoadMujoco(file, kAtFull); }},
+        Same{"airsim", With({kLagged, kFull}),
+             [](const auto& file) { return replay::LoadAirSim(file, kAtFull); }},
+        Same{"isaac_lab", With({kLagged, kFull}),
+             [](const auto& file) { return replay::LoadIsaacLab(file, kAtFull); }},
+        Same{"crazyflow",
+             With({{"K_x", -0.3}, {"K_y", -0.4}, {"K_z", -0.2}, {"tau", 0.05}, kShifted}),
+             replay::LoadCrazyflow},
+        Same{"flightmare",
+             With({{"K_x", -0.3},
+                   {"K_y", -0.4},
+                   {"K_z", -0.2},
+                   {"translational_lift", 0.01},
+                   {"tau", 0.05},
+                   kShifted}),
+             replay::LoadFlightmare},
+        Same{"rotors", With({kSpeedDrag, kLagged}, 9.8), replay::LoadRotorS}),
+    [](const auto& info) { return std::string(info.param.to); });
 
 // What is written is read back by every target, and has no fault.
 TEST_F(ExportTest, EveryTargetReadsBackWithoutFault) {
