@@ -13,12 +13,8 @@ class CalibrateApp : public testing::Test {
  protected:
   void SetUp() override {
     if (!std::filesystem::exists(App("calibrate"))) GTEST_SKIP() << "it is not built";
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    root_ = std::filesystem::path(testing::TempDir()) / (std::string("calibrate_") + test->name());
-    std::filesystem::remove_all(root_);
     WriteNativeLog(Flight(), root_ / "log");
   }
-  void TearDown() override { std::filesystem::remove_all(root_); }
 
   static FlightLog Fly(std::uint64_t seed) {
     SimulationConfig config = testing_simulation::ReadShipped("hippodrome", 15.0);
@@ -50,7 +46,8 @@ class CalibrateApp : public testing::Test {
     for (const std::string& line : lines) out << line << "\n";
   }
 
-  std::filesystem::path root_;
+  const TestFolder folder_;
+  const std::filesystem::path root_ = folder_.directory();
 };
 
 }  // namespace trueline

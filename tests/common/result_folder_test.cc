@@ -149,14 +149,13 @@ TEST_F(ResultFolders, NamesTheFinalFolderInMessages) {
 // Two folders with small programs as verbs.
 class Verbs : public ::testing::Test {
  protected:
-  Verbs() : root_(fs::temp_directory_path() / ("trueline_verbs_" + std::to_string(getpid()))) {
+  Verbs() {
     AddProgram("first", "trueline-measure", "echo 'trueline-measure: Measures it. With care.'");
     AddProgram("first", "trueline-repeat", "printf '[%s]' \"$@\"; exit 3");
     AddProgram("second", "trueline-measure", "echo hidden");
     AddProgram("second", "trueline-paint", "true");
     std::ofstream(root_ / "first/trueline-notes") << "not a program\n";
   }
-  ~Verbs() override { fs::remove_all(root_); }
 
   void AddProgram(const std::string& folder, const std::string& name, const std::string& script) {
     fs::create_directories(root_ / folder);
@@ -169,7 +168,7 @@ class Verbs : public ::testing::Test {
                     "':\"$PATH\" '" TRUELINE_TEST_APPS_DIR "/trueline' " + arguments);
   }
 
-  fs::path root_;
+  const TestFolder root_;
 };
 
 TEST_F(Verbs, AreExecutablesByNameAndTheFirstFolderWins) {

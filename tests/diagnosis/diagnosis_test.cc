@@ -183,14 +183,13 @@ TEST(Diagnose, SlowTheBetterModelPredictsBetterAndIsTakenByModelFlags) {
     EXPECT_LT(after, g.horizon >= 1.0 ? 0.5 * before : 2.0 * before) << g.horizon;
   }
 
-  const auto folder = std::filesystem::temp_directory_path() / "trueline_diagnosis_test";
-  WriteDiagnosis(diagnosis, DiagnosisNode(diagnosis, YAML::Node()), folder);
+  const TestFolder folder;
+  WriteDiagnosis(diagnosis, DiagnosisNode(diagnosis, YAML::Node()), folder.directory());
   VgdOptions options;
   const std::vector<Effect> effects = ApplyModel(folder / "model.yaml", &options);
   ASSERT_EQ(effects.size(), diagnosis.causes.size());
   EXPECT_NEAR(options.drive.force_effects.wind_E.x(), 1.2, 3.3 * diagnosis.causes[0].sigma[0]);
   EXPECT_EQ(YAML::LoadFile(folder / "diagnosis.yaml")["causes"][0]["id"].as<std::string>(), "wind");
-  std::filesystem::remove_all(folder);
 }
 
 // The second flight has the first one's wind, or it has none, which tells nothing of the first; of
@@ -224,13 +223,12 @@ TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
   EXPECT_EQ(drag->repeats.at(0).outcome, "not shown");
   EXPECT_LT(drag->evidence.other_flights, -3.0);
   EXPECT_EQ(alone.verdict, "unexplained");
-  const auto folder = std::filesystem::temp_directory_path() / "trueline_unconfirmed_test";
-  WriteDiagnosis(alone, DiagnosisNode(alone, YAML::Node()), folder);
+  const TestFolder folder;
+  WriteDiagnosis(alone, DiagnosisNode(alone, YAML::Node()), folder.directory());
   const YAML::Node written = YAML::LoadFile(folder / "diagnosis.yaml");
   const YAML::Node evidence = written["set_aside"][0]["evidence"];
   EXPECT_LT(evidence["total"].as<double>(), written["evidence_needed"].as<double>());
   EXPECT_EQ(YAML::LoadFile(folder / "model.yaml")["effects"].size(), 0U);
-  std::filesystem::remove_all(folder);
 }
 
 // References share the scale of fixes and lack the wind: the wind alone has changed. Against

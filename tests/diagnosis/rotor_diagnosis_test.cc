@@ -4,7 +4,7 @@
 #include "problems/common/error.h"
 #include "problems/diagnosis/rotor_flight.h"
 #include "problems/diagnosis/write_diagnosis.h"
-#include "tests/common/matchers.h"
+#include "tests/common/test_files.h"
 #include "tests/diagnosis/expect_cause.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
@@ -102,8 +102,8 @@ TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
   EXPECT_LT(diagnosis.causes[0].gains.arcs.after, diagnosis.causes[0].gains.arcs.before);
   EXPECT_LT(diagnosis.after.rms, diagnosis.before.rms);
 
-  const auto folder = std::filesystem::path(testing::TempDir()) / "trueline_rotor_diagnosis";
-  WriteDiagnosis(diagnosis, DiagnosisNode(diagnosis, YAML::Node()), folder);
+  const TestFolder folder;
+  WriteDiagnosis(diagnosis, DiagnosisNode(diagnosis, YAML::Node()), folder.directory());
   const YAML::Node yaml = YAML::LoadFile((folder / "diagnosis.yaml").string());
   EXPECT_EQ(yaml["causes"][0]["id"].as<std::string>(), "rotor_tilt");
   EXPECT_EQ(yaml["causes"][0]["parameters"]["roll"]["unit"].as<std::string>(), "rad");
@@ -111,7 +111,6 @@ TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
       ResolveRotorOptions("", (folder / "model.yaml").string(), log);
   EXPECT_NEAR(ModelFor(next, log).effects().tilt_roll, 0.03, 0.005);
   EXPECT_NEAR(next.prior.mean[0], 0.2463, 0.01);
-  std::filesystem::remove_all(folder);
 }
 
 void ExpectEachNamed(const std::vector<Hidden>& all) {

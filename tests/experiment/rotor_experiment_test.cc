@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <fstream>
 #include <set>
-#include <sstream>
 
 #include "problems/common/error.h"
 #include "problems/experiment/write_benchmark.h"
@@ -46,8 +45,8 @@ TEST(RotorExperiment, ATrialOfThePapersExperimentWritesItsResult) {
   const ExperimentRun run = RunAll(experiment);
   ASSERT_EQ(run.outcomes.size(), 4u);
   for (const JobOutcome& outcome : run.outcomes) EXPECT_EQ(outcome.failure, "");
-  const fs::path out = fs::path(testing::TempDir()) / "trueline_rotor_experiment";
-  fs::remove_all(out);
+  const TestFolder folder;
+  const fs::path out = folder / "out";
   WriteRotorExperiment(experiment, run, out);
   const YAML::Node summary = YAML::LoadFile((out / "summary.yaml").string());
   ASSERT_EQ(summary["kinds"].size(), 2u);
@@ -61,7 +60,6 @@ TEST(RotorExperiment, ATrialOfThePapersExperimentWritesItsResult) {
   EXPECT_NE(shown.find("best Lissajous"), std::string::npos) << shown;
   const PiecewisePolynomial figure = ReadTrajectoryFile(out / "trajectory_best_Lissajous.yaml");
   EXPECT_DOUBLE_EQ(figure.duration(), experiment.duration);
-  fs::remove_all(out);
 }
 
 TEST(RotorExperiment, ResultsDoNotDependOnThreads) {
@@ -81,8 +79,8 @@ TEST(RotorExperiment, SlowGoesOnWhereItWasKilledWithTheSameBytes) {
   ShortenRotorExperiment(&experiment);
   experiment.duration = 3.0;
   experiment.kinds.resize(2);  // random and Lissajous
-  const fs::path out = fs::path(testing::TempDir()) / "trueline_rotor_resume";
-  fs::remove_all(out);
+  const TestFolder folder;
+  const fs::path out = folder / "out";
   const auto run = [&](int reused) {
     const ExperimentRun result = RunAll(experiment, 1, out / "jobs");
     EXPECT_EQ(result.reused, reused);
@@ -90,10 +88,9 @@ TEST(RotorExperiment, SlowGoesOnWhereItWasKilledWithTheSameBytes) {
     std::string text;
     for (const char* name :
          {"summary.yaml", "trials.csv", "history.csv", "trajectory_best_Lissajous.yaml"}) {
-      std::ostringstream content;
-      content << std::ifstream(out / name).rdbuf();
-      EXPECT_GT(content.str().size(), 100u) << name;
-      text += content.str();
+      const std::string content = ReadText(out / name);
+      EXPECT_GT(content.size(), 100u) << name;
+      text += content;
     }
     return text;
   };
@@ -105,7 +102,6 @@ TEST(RotorExperiment, SlowGoesOnWhereItWasKilledWithTheSameBytes) {
   fs::resize_file(out / "jobs" / (last.key + ".txt"), 1000);  // as after a disk failure
   EXPECT_EQ(run(3), whole);
   EXPECT_EQ(run(4), whole);
-  fs::remove_all(out);
 }
 
 // 12 flights of 18 constants: the ratio of RMSE to the bound scatters by about 6 %.
@@ -167,13 +163,12 @@ TEST(RotorExperiment, SlowIntervalsTakeInWhatTheModelLacks) {
 }
 
 TEST(RotorExperiment, WrongOnesAreRefusedByName) {
-  const fs::path file = fs::path(testing::TempDir()) / "rotor_experiment.yaml";
-  std::ifstream shipped(Shipped("rotors_coverage"));
-  std::ofstream(file) << shipped.rdbuf()
+  const TestFolder folder;
+  const fs::path file = folder / "rotor_experiment.yaml";
+  std::ofstream(file) << ReadText(Shipped("rotors_coverage"))
                       << "  - {name: designed, kind: file, file: nowhere.yaml}\n";
   EXPECT_THAT(ErrorOf([&] { ReadRotorExperiment(file); }),
               AllOf(HasSubstr("nowhere.yaml"), HasSubstr("file")));
-  fs::remove(file);
 }
 
 }  // namespace

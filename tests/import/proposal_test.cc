@@ -13,6 +13,9 @@
 namespace trueline {
 namespace {
 
+constexpr char kImuNames[] = "time,acc_x,acc_y,acc_z,gyro_x,gyro_y,gyro_z";
+constexpr char kImuRow[] = ",0,0,-9.81,0,0,0.5";
+
 class Proposal : public testing::Test {
  protected:
   // The log of three equal rows below the lines given; each has the time before it.
@@ -23,18 +26,18 @@ class Proposal : public testing::Test {
     map_ = ProposeMap(OpenRecording(file).get());
     return ConvertLog(ReadImportMap(files_.Write("map.yaml", map_)), {file}, {});
   }
+  // The same with further columns beside an IMU's.
+  FlightLog Beside(const std::string& names, const std::string& row) {
+    return Convert(std::string(kImuNames) + names + "\n", kImuRow + row);
+  }
 
   ImportFiles files_;
   std::string map_;
 };
 
-constexpr char kImuNames[] = "time,acc_x,acc_y,acc_z,gyro_x,gyro_y,gyro_z";
-constexpr char kImuRow[] = ",0,0,-9.81,0,0,0.5";
-
 TEST_F(Proposal, APositionWithoutAnAttitudeIsAFix) {
   for (const char* position : {"pos_x,pos_y,pos_z", "x,y,z", "tx,ty,tz", "x_pos,y_pos,z_pos"}) {
-    const FlightLog log =
-        Convert(fmt::format("{},{}\n", kImuNames, position), std::string(kImuRow) + ",1,2,3");
+    const FlightLog log = Beside(std::string(",") + position, ",1,2,3");
     ASSERT_EQ(log.fixes.size(), 3U) << map_;
     EXPECT_EQ(log.fixes[0].p_E, Eigen::Vector3d(1, 2, 3)) << map_;
     EXPECT_TRUE(log.mocap.empty());
@@ -42,16 +45,14 @@ TEST_F(Proposal, APositionWithoutAnAttitudeIsAFix) {
 }
 
 TEST_F(Proposal, APlainAltitudeCountsBeforeABarometers) {
-  const FlightLog log = Convert(std::string(kImuNames) + ",baro_alt,lat,lon,alt [m]\n",
-                                std::string(kImuRow) + ",7,47.4,8.5,488");
+  const FlightLog log = Beside(",baro_alt,lat,lon,alt [m]", ",7,47.4,8.5,488");
   EXPECT_THAT(map_, HasSubstr("geodetic: [\"lat\", \"lon\", \"alt [m]\"]"));
   EXPECT_EQ(log.fixes.size(), 3U);
 }
 
 TEST_F(Proposal, AttitudesMayBeAngles) {
   const auto q = [&](const char* names, const char* row) {
-    const FlightLog log =
-        Convert(std::string(kImuNames) + names + "\n", std::string(kImuRow) + row);
+    const FlightLog log = Beside(names, row);
     return log.attitude.empty() ? Eigen::Quaterniond::Identity() : log.attitude[0].q_Ep_I;
   };
   const Eigen::Quaterniond yawed(std::cos(0.5), 0, 0, std::sin(0.5));
@@ -86,25 +87,19 @@ TEST_F(Proposal, UnitsAreSpelledInManyWays) {
   const FlightLog suffixes = Convert("t,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps\n", ",0,0,-1,0,0,90");
   EXPECT_EQ(suffixes.imu[0].accel.z(), -9.80665) << map_;
   EXPECT_NEAR(suffixes.imu[0].gyro.z(), M_PI / 2, 1e-12) << map_;
-  EXPECT_NEAR(Convert(std::string(kImuNames) + ",pos_x[ft],pos_y[ft],pos_z[ft]\n",
-                      std::string(kImuRow) + ",1,2,10")
-                  .fixes[0]
-                  .p_E.z(),
-              3.048, 1e-9)
+  EXPECT_NEAR(Beside(",pos_x[ft],pos_y[ft],pos_z[ft]", ",1,2,10").fixes[0].p_E.z(), 3.048, 1e-9)
       << map_;
 }
 
 TEST_F(Proposal, MocapHasTheAttitudeOfItsNames) {
   const FlightLog log =
-      Convert(std::string(kImuNames) +
-                  ",qw,qx,qy,qz,vicon_x,vicon_y,vicon_z,vicon_qw,vicon_qx,vicon_qy,vicon_qz\n",
-              std::string(kImuRow) + ",1,0,0,0,1,2,3,0,0,0,1");
+      Beside(",qw,qx,qy,qz,vicon_x,vicon_y,vicon_z,vicon_qw,vicon_qx,vicon_qy,vicon_qz",
+             ",1,0,0,0,1,2,3,0,0,0,1");
   EXPECT_NEAR(log.attitude[0].q_Ep_I.angularDistance(log.mocap[0].q_E), M_PI, 1e-6) << map_;
 }
 
 TEST_F(Proposal, DeviationsAndGatesAreRead) {
-  const FlightLog log = Convert(std::string(kImuNames) + ",pos_x,pos_y,pos_z,sigma,gate_id\n",
-                                std::string(kImuRow) + ",1,2,3,0.4,7");
+  const FlightLog log = Beside(",pos_x,pos_y,pos_z,sigma,gate_id", ",1,2,3,0.4,7");
   ASSERT_EQ(log.fixes.size(), 3U) << map_;
   EXPECT_EQ(log.fixes[0].sigma, 0.4) << map_;
   EXPECT_EQ(log.fixes[0].gate, 7) << map_;
@@ -175,8 +170,7 @@ TEST_F(Proposal, WhatIsMeasuredCountsBeforeSetpointsAndEstimates) {
       ",9,9,9,0,0,0,0,0,-9.81,0,0,0,1,2,3");
   EXPECT_EQ(log.imu[0].accel.z(), -9.81) << map_;
   EXPECT_EQ(log.fixes[0].p_E, Eigen::Vector3d(1, 2, 3)) << map_;
-  const FlightLog only = Convert(std::string(kImuNames) + ",ref_pos_x,ref_pos_y,ref_pos_z\n",
-                                 std::string(kImuRow) + ",1,2,3");
+  const FlightLog only = Beside(",ref_pos_x,ref_pos_y,ref_pos_z", ",1,2,3");
   EXPECT_EQ(only.fixes.size(), 3U) << map_;
 }
 
@@ -239,13 +233,11 @@ TEST_F(Proposal, RatesOfAControllerAreNoAttitude) {
 TEST_F(Proposal, VectorsHaveManyNames) {
   for (const char* names : {"N,E,D", "pn,pe,pd", "north,east,down", "PosN,PosE,PosD",
                             "vicon_x,vicon_y,vicon_z", "gt_x,gt_y,gt_z"}) {
-    const FlightLog log =
-        Convert(fmt::format("{},{}\n", kImuNames, names), std::string(kImuRow) + ",1,2,3");
+    const FlightLog log = Beside(std::string(",") + names, ",1,2,3");
     ASSERT_EQ(log.fixes.size(), 3U) << map_;
     EXPECT_EQ(log.fixes[0].p_E, Eigen::Vector3d(1, 2, 3)) << map_;
   }
-  const FlightLog up =
-      Convert(std::string(kImuNames) + ",east,north,up\n", std::string(kImuRow) + ",2,1,-3");
+  const FlightLog up = Beside(",east,north,up", ",2,1,-3");
   ASSERT_EQ(up.fixes.size(), 3U) << map_;
   EXPECT_EQ(up.fixes[0].p_E, Eigen::Vector3d(1, 2, 3)) << map_;
   for (const char* rates : {"roll_rate,pitch_rate,yaw_rate", "rollspeed,pitchspeed,yawspeed",
@@ -309,8 +301,7 @@ TEST_F(Proposal, ColumnsOfATrackerJoinAMapThatShips) {
 }
 
 TEST_F(Proposal, AnglesInDegreesAreToldByAnyOfThem) {
-  const FlightLog log =
-      Convert(std::string(kImuNames) + ",roll,pitch,yaw\n", std::string(kImuRow) + ",0,3,0");
+  const FlightLog log = Beside(",roll,pitch,yaw", ",0,3,0");
   EXPECT_NEAR(2 * std::asin(log.attitude[0].q_Ep_I.y()), 3 * M_PI / 180, 1e-9) << map_;
 }
 

@@ -84,10 +84,10 @@ TEST(QuickDesign, SameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
 }
 
 TEST(QuickDesign, TrajectoryFileComesBackExactly) {
-  const fs::path folder = fs::temp_directory_path() / "trueline_design_test";
+  const TestFolder folder;
   DesignTask task = Quick();
   task.source = "designs/\"quick\": 3 # \\.yaml";
-  WriteDesign(task, Designed(), folder);
+  WriteDesign(task, Designed(), folder.directory());
   const PiecewisePolynomial back = ReadTrajectoryFile(folder / "trajectory.yaml");
   ASSERT_EQ(back.num_pieces(), Designed().result.path.num_pieces());
   EXPECT_EQ(back.Expand(2.345, 3), Designed().result.path.Expand(2.345, 3));
@@ -101,7 +101,6 @@ TEST(QuickDesign, TrajectoryFileComesBackExactly) {
   const YAML::Node score = YAML::LoadFile((folder / "score.yaml").string());
   EXPECT_TRUE(score["score"].IsDefined());
   EXPECT_EQ(score["provenance"]["source"].as<std::string>(), task.source);
-  fs::remove_all(folder);
 }
 
 void ExpectRefused(const std::string& key, const std::string& value, const std::string& part,
