@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "problems/diagnosis/diagnosis.h"
+#include "problems/diagnosis/imu_flight.h"
 #include "tests/common/bands.h"
 #include "tests/simulation/short_flight.h"
 
