@@ -227,15 +227,9 @@ class Instances : public Candidates {
  protected:
   // The fix types of receivers, in the order in which their first records come.
   FlightLog ConvertReceivers(const std::vector<std::pair<int, int>>& instance_and_fix) const {
-    const auto fmt_record = [](int type, int length, const std::string& name,
-                               const std::string& format, const std::string& columns) {
-      return Packed("\xA3\x95\x80", static_cast<std::uint8_t>(type),
-                    static_cast<std::uint8_t>(length), Padded(name, 4), Padded(format, 16),
-                    Padded(columns, 64));
-    };
-    std::string text = fmt_record(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") +
-                       fmt_record(1, 35, "IMU", "Qffffff", "TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ") +
-                       fmt_record(2, 25, "GPS", "QBBLLf", "TimeUS,I,Status,Lat,Lng,Alt");
+    std::string text = FlashFmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") +
+                       FlashFmt(1, 35, "IMU", "Qffffff", "TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ") +
+                       FlashFmt(2, 25, "GPS", "QBBLLf", "TimeUS,I,Status,Lat,Lng,Alt");
     for (int i = 0; i < 60; ++i) {
       const auto time = static_cast<std::uint64_t>(10'000 * (i + 1));
       text += Packed("\xA3\x95\x01", time);

@@ -516,12 +516,6 @@ TEST_F(Crazyflie, TheShippedMapReadsAttitudesOfAllKinds) {
 
 // --- DataFlash
 
-std::string FlashFmt(std::uint8_t type, std::uint8_t length, const std::string& name,
-                     const std::string& letters, const std::string& columns) {
-  return Packed("\xA3\x95\x80", type, length, Padded(name, 4), Padded(letters, 16),
-                Padded(columns, 64));
-}
-
 std::string FlashSample(std::uint64_t time, std::uint8_t sensor, std::int16_t hundredths, float x) {
   return Packed("\xA3\x95\x05", time, sensor, hundredths, x);
 }

@@ -1,4 +1,4 @@
-// Logs of MCAP with messages in JSON, for tests of the importer.
+// Bytes of recordings for tests of the importer: MCAP with messages in JSON, and DataFlash.
 #pragma once
 
 #include <cstdint>
@@ -36,6 +36,13 @@ inline std::string McapText(const std::string& text) {
 }
 
 inline const std::string kMcapStart = "\x89MCAP0\r\n";
+
+// A definition of a DataFlash log.
+inline std::string FlashFmt(std::uint8_t type, std::uint8_t length, const std::string& name,
+                            const std::string& letters, const std::string& columns) {
+  return Packed("\xA3\x95\x80", type, length, Padded(name, 4), Padded(letters, 16),
+                Padded(columns, 64));
+}
 
 // The type `id` of the messages of channels.
 inline std::string McapType(std::uint16_t id, const std::string& name) {
