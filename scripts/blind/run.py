@@ -21,10 +21,8 @@ import yaml
 
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1] / "freeze")]
 from judge import table
-from program import clear_left_over, flags, parse, refuse_other_draw, refuse_other_program
-from sizes import drawn_effects
-
-SOURCE = Path(__file__).resolve().parents[2]
+from program import (SOURCE, clear_left_over, drawn_effects, flags, parse, refuse_other_draw,
+                     refuse_other_program)
 
 
 def plan(draw, flights, seed):

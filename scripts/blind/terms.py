@@ -28,10 +28,9 @@ from pathlib import Path
 import yaml
 
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1] / "freeze")]
-from program import clear_left_over, flags, parse, refuse_other_draw, refuse_other_program
-from sizes import drawn_effects
+from program import (SOURCE, clear_left_over, drawn_effects, flags, parse, refuse_other_draw,
+                     refuse_other_program)
 
-SOURCE = Path(__file__).resolve().parents[2]
 SPEEDS = ["forward speed", "sideways speed", "sink rate"]
 RATES = ["roll rate", "pitch rate", "yaw rate"]
 DRAW = ("seed", "drive", "blades")

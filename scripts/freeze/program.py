@@ -42,6 +42,17 @@ def app(arguments, verb):
     return str(arguments.build / "apps" / f"trueline-{verb}")
 
 
+def drawn_effects(build, drive):
+    """{id: {parameter: (low, high, either sign)}} of the effects that the blind sets hide, in declared
+    order. Sizes are drawn log-uniformly. They range from undetectable to a few times the detectable size;
+    pairs of the IMU-driven set use the upper half."""
+    listed = subprocess.run([build / "apps/trueline-effects", "--yaml", f"--drive={drive}"],
+                            capture_output=True, text=True, check=True).stdout
+    return {effect["id"]: {name: (size["low"], size["high"], size["either_sign"])
+                           for name, size in effect["drawn"].items()}
+            for effect in yaml.safe_load(listed) if "drawn" in effect}
+
+
 def environment(arguments):
     return {**os.environ, "TRUELINE_DATA": str(arguments.data), "OMP_NUM_THREADS": "1"}
 

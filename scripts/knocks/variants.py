@@ -13,7 +13,6 @@ gravity in the attitude's earth, and the turns of the body by the attitude. Outc
 code 2 or 3, with a remedy); said (something is wrong and a warning or finding tells of it); SILENT. Table
 and commands of all silent ones go to OUT/variants.md; exit code 1 if there are any.
 """
-import argparse
 import bz2
 import gzip
 import io
@@ -30,12 +29,14 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 HERE = Path(__file__).resolve().parent
-sys.path[1:1] = [str(HERE.parent / "blind/measured")]
+sys.path[1:1] = [str(HERE.parent / "blind/measured"), str(HERE.parent / "freeze")]
 
 import numpy as np
 import yaml
 
 from native import QUATERNION, Log, continuous, inverse, product, resampled, turn
+from program import SOURCE, app, flags
+from program import parse as parse_flags
 
 ACCEL, GYRO, PLACE = ("ax", "ay", "az"), ("gx", "gy", "gz"), ("x", "y", "z")
 RATES = (20, 50, 64, 100, 128, 250, 500, 1000, 2000, 4000)
@@ -83,21 +84,16 @@ PACKED = {"": lambda data: data, ".gz": gzip.compress, ".bz2": bz2.compress, ".x
 
 
 def parse():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--build", type=Path, default=HERE.parents[1] / "build")
-    parser.add_argument("--work", type=Path, required=True)
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1)
+    parser = flags(__doc__, count=200, seed=1)
     parser.add_argument("--only", type=int, help="this variant alone, kept to look at")
-    return parser.parse_args()
+    return parse_flags(parser)
 
 
 def flight(arguments, name):
     folder = arguments.work / f"flight_{name}"
     if not (folder / "log.yaml").exists():
-        config = HERE.parents[1] / f"config/simulate/{name}.yaml"
-        subprocess.run([arguments.build / "apps/trueline-simulate", f"--config={config}", "--seed=5",
+        config = SOURCE / f"config/simulate/{name}.yaml"
+        subprocess.run([app(arguments, "simulate"), f"--config={config}", "--seed=5",
                         "--duration=24", f"--out={folder}", "--quiet"], check=True)
     return Log(folder)
 
@@ -343,7 +339,7 @@ def wrong_in(made, log, v):
 
 
 def run(arguments, verb, *flags):
-    done = subprocess.run([arguments.build / f"apps/trueline-{verb}", *flags], capture_output=True, text=True,
+    done = subprocess.run([app(arguments, verb), *flags], capture_output=True, text=True,
                           timeout=120, check=False)
     return done.returncode, done.stdout + done.stderr
 

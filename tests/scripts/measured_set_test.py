@@ -22,7 +22,7 @@ from draw_hidden import NEEDS, draw_effect, times
 from judge_measured import combined, judge_trial, untouched_rows
 from measured_flights import ALL, HIDDEN_IN, halves
 from native import QUATERNION, Log, nanoseconds, resampled, stamp
-from sizes import drawn_effects
+from program import drawn_effects
 
 QUICK = {"fix_latency": {"tau": 0.12}, "tilt_scale": {"s": 0.15},
          "imu_lever_arm": {"r_x": 0.08, "r_y": -0.06, "r_z": 0.06}}

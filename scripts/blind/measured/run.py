@@ -29,9 +29,8 @@ from draw_hidden import ABSORBED, NEEDS, can_show, draw_absorbed, draw_effect
 from judge_measured import judge_trial, table
 from measured_flights import HIDDEN_IN, ROTOR_CONFIGS, convert, has_sampled_fixes, second_flight, usable
 from native import Log
-from program import SOURCE, app, flags, read_yaml, refuse_other_draw, refuse_other_program, run_once
+from program import SOURCE, app, drawn_effects, flags, read_yaml, refuse_other_draw, refuse_other_program, run_once
 from program import parse as parse_flags
-from sizes import drawn_effects
 
 DRAW = ("seed", "half", "drive", "fits", "flights", "effects", "against")
 FITS = {"imu": ["mocap", "fixes"], "rotors": ["mocap"]}
