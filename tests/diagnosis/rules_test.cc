@@ -126,8 +126,9 @@ std::string JudgedWith(const std::string& verdict, const LogFault& fault) {
 }
 
 TEST(LogFaults, AFatalFaultExplainsNothing) {
-  const LogFault axes{
-      "log", &fault::kAccelerometerAxes, "", 0.0, true, "accelerometer_axes: x and y are exchanged"};
+  const LogFault axes{"log", &fault::kAccelerometerAxes,
+                      "",    0.0,
+                      true,  "accelerometer_axes: x and y are exchanged"};
   EXPECT_EQ(JudgedWith("clean", axes), "unexplained");
   EXPECT_EQ(JudgedWith("explained", axes), "unexplained");
 }
@@ -139,7 +140,8 @@ TEST(LogFaults, AFatalFaultLeavesNoEffectInTheModel) {
   diagnosis.open.described[0].in_model = true;
   AddLogFaults({{"log", &fault::kStuck, "", 0.0, false, "stuck"}}, &diagnosis);
   EXPECT_EQ(diagnosis.in_model.size(), 1U);
-  AddLogFaults({{"log", &fault::kAccelerometerAxes, "", 0.0, true, "accelerometer_axes"}}, &diagnosis);
+  AddLogFaults({{"log", &fault::kAccelerometerAxes, "", 0.0, true, "accelerometer_axes"}},
+               &diagnosis);
   EXPECT_TRUE(diagnosis.in_model.empty());
   EXPECT_FALSE(diagnosis.open.described[0].in_model);
   EXPECT_THAT(diagnosis.model_lacks, HasSubstr("fatal"));
@@ -152,7 +154,8 @@ TEST(LogFaults, AnotherFaultIsNotClean) {
 }
 
 TEST(LogFaults, WhatTheCatalogueStatesIsJudgedByTheSearch) {
-  const LogFault scale{"log", &fault::kAccelerometerScale, "", 0.0, false, "accelerometer_scale: 0.9"};
+  const LogFault scale{"log", &fault::kAccelerometerScale, "", 0.0,
+                       false, "accelerometer_scale: 0.9"};
   EXPECT_EQ(JudgedWith("clean", scale), "clean");
   EXPECT_EQ(JudgedWith("ambiguous", scale), "ambiguous");
 }
