@@ -1,7 +1,6 @@
 // Reading returns what was written: stamps exactly, values to the last digit.
 #include "problems/common/random.h"
-#include "problems/log/native_log.h"
-#include "tests/common/test_files.h"
+#include "tests/log/log_files.h"
 
 namespace trueline {
 namespace {
