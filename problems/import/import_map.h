@@ -19,7 +19,7 @@
 //                            # tables of it (or of `tables`), in place of CSV;
 //                            # its time is that of measurement unless `time` names another field,
 //                            # and `unsorted` is sort
-//   earth: NWU               # axes of the source unless a stream says otherwise (see frames.h)
+//   earth: NWU               # axes of the source unless a stream says otherwise (see source.h)
 //   body: FLU
 //   streams:                 # each may state input, time, earth, body, new_where, accept, expect,
 //                            # skip_missing, unsorted, leave_out: [[from, until], ...] in s
