@@ -100,9 +100,15 @@ void CutLog(const CutOptions& options, const std::string& map_file, FlightLog* l
   }
 }
 
-// Whether the chunks of the format may stand in another order than that of time.
-bool HasChunks(const std::string& format) {
-  return format == "ros1" || format == "ros2" || format == "mcap";
+bool AreTables(const std::string& files) {
+  return std::ranges::all_of(TablesIn(SplitPaths(files)), IsTable);
+}
+
+// Whether chunks of the recording may stand in another order than that of time; tables that were
+// made of one have none.
+bool HasChunks(const Recording& recording) {
+  const std::string format = recording.format().key;
+  return (format == "ros1" || format == "ros2" || format == "mcap") && !AreTables(recording.file());
 }
 
 ClockPart LongestOf(const std::vector<ClockPart>& parts) {
@@ -197,7 +203,7 @@ void ReadRecording(Recording* recording, const std::vector<StreamImport*>& strea
   }
   const std::string format = recording->format().key;
   if (format != "asl") {  // whose files are read one after the other
-    KeepOnePart(recording->file(), !HasChunks(format), streams, warnings);
+    KeepOnePart(recording->file(), !HasChunks(*recording), streams, warnings);
   }
   for (StreamImport* stream : streams) KeepOnePart(recording->file(), false, {stream}, warnings);
   try {
@@ -225,9 +231,8 @@ Recordings OpenRecordings(const ImportMap& map, const std::vector<std::string>& 
                                 "'format' in it",
                                 key, map.file));
     }
-    const std::vector<std::string> tables = TablesIn(SplitPaths(files[i]));
-    const bool are_tables = std::all_of(tables.begin(), tables.end(), IsTable);
-    if (are_tables) recordings[i] = OpenTables(tables);
+    const bool are_tables = AreTables(files[i]);
+    if (are_tables) recordings[i] = OpenTables(TablesIn(SplitPaths(files[i])));
     const bool fits = are_tables && Contains(formats, recordings[i]->format().key);
     if (!fits) recordings[i] = OpenRecording(files[i]);
     const LogFormat& found = recordings[i]->format();

@@ -336,6 +336,23 @@ TEST_F(Proposal, ARestartIsCutOff) {
   EXPECT_THAT(log.warnings, Contains(HasSubstr("as after a restart")));
 }
 
+// The parts of a clock that starts again lower do not overlap. Chunks of a bag may stand so, rows
+// of tables that were made of one may not.
+TEST_F(Proposal, ARestartInTablesOfABagIsSaid) {
+  std::string imu =
+      "timestamp_ns,linear_acceleration.x,linear_acceleration.y,linear_acceleration.z,"
+      "angular_velocity.x,angular_velocity.y,angular_velocity.z\n";
+  std::string places = "timestamp_ns,position.x,position.y,position.z\n";
+  for (int i = 0; i < 1000; ++i) {
+    const long long t = (i < 600 ? 43'000 + i : i) * 10'000'000LL;
+    imu += fmt::format("{}{}\n", t, kImuRow);
+    places += fmt::format("{},{},0.5,-1\n", t, 0.01 * i);
+  }
+  FoundLog found = FindLog({files_.Write("imu.csv", imu), files_.Write("position.csv", places)});
+  ASSERT_STREQ(found.recording->format().key, "ros2");
+  EXPECT_THAT(ConvertFound(found, {}).warnings, Contains(HasSubstr("put in the order of time")));
+}
+
 // The error is about the IMU that is missing, not about the map's syntax.
 TEST_F(Proposal, WithoutAStreamIsStillAMap) {
   EXPECT_THAT(ErrorOf([&] { Convert("t,a\n", ",1"); }), HasSubstr("streams.imu"));
