@@ -100,17 +100,6 @@ void CutLog(const CutOptions& options, const std::string& map_file, FlightLog* l
   }
 }
 
-bool AreTables(const std::string& files) {
-  return std::ranges::all_of(TablesIn(SplitPaths(files)), IsTable);
-}
-
-// Whether chunks of the recording may stand in another order than that of time; tables that were
-// made of one have none.
-bool HasChunks(const Recording& recording) {
-  const std::string format = recording.format().key;
-  return (format == "ros1" || format == "ros2" || format == "mcap") && !AreTables(recording.file());
-}
-
 ClockPart LongestOf(const std::vector<ClockPart>& parts) {
   return *std::max_element(parts.begin(), parts.end(), [](const ClockPart& a, const ClockPart& b) {
     return a.count < b.count;
@@ -201,9 +190,9 @@ void ReadRecording(Recording* recording, const std::vector<StreamImport*>& strea
                                     recording->file(), count,
                                     recording->channels()[channel].Label()));
   }
-  const std::string format = recording->format().key;
-  if (format != "asl") {  // whose files are read one after the other
-    KeepOnePart(recording->file(), !HasChunks(*recording), streams, warnings);
+  const RecordOrder order = recording->format().order;
+  if (order != RecordOrder::kFiles) {
+    KeepOnePart(recording->file(), order == RecordOrder::kTime, streams, warnings);
   }
   for (StreamImport* stream : streams) KeepOnePart(recording->file(), false, {stream}, warnings);
   try {
@@ -231,8 +220,9 @@ Recordings OpenRecordings(const ImportMap& map, const std::vector<std::string>& 
                                 "'format' in it",
                                 key, map.file));
     }
-    const bool are_tables = AreTables(files[i]);
-    if (are_tables) recordings[i] = OpenTables(TablesIn(SplitPaths(files[i])));
+    const std::vector<std::string> tables = TablesIn(SplitPaths(files[i]));
+    const bool are_tables = std::ranges::all_of(tables, IsTable);
+    if (are_tables) recordings[i] = OpenTables(tables);
     const bool fits = are_tables && Contains(formats, recordings[i]->format().key);
     if (!fits) recordings[i] = OpenRecording(files[i]);
     const LogFormat& found = recordings[i]->format();

@@ -37,11 +37,11 @@ constexpr std::array<KnownFormat, 11> kFormats = {{
      [](const fs::path&, std::string_view start) {
        return start.starts_with(std::string_view("ULog\x01\x12\x35", 7));
      }},
-    {{"ros1", "ROS 1 bag", WalkRosbag1},
+    {{"ros1", "ROS 1 bag", WalkRosbag1, RecordOrder::kChunks},
      [](const fs::path&, std::string_view start) { return start.starts_with("#ROSBAG V2.0\n"); }},
-    {{"mcap", "MCAP", WalkMcap},
+    {{"mcap", "MCAP", WalkMcap, RecordOrder::kChunks},
      [](const fs::path&, std::string_view start) { return start.starts_with("\x89MCAP0\r\n"); }},
-    {{"ros2", "ROS 2 bag", WalkRosbag2},
+    {{"ros2", "ROS 2 bag", WalkRosbag2, RecordOrder::kChunks},
      [](const fs::path& path, std::string_view start) {
        return fs::is_directory(path) ? !Rosbag2Files(path).empty()
                                      : start.starts_with("SQLite format 3");
@@ -58,7 +58,7 @@ constexpr std::array<KnownFormat, 11> kFormats = {{
      }},
     {{"crazyflie", "Crazyflie micro-SD log", WalkCrazyflie},
      [](const fs::path&, std::string_view start) { return IsCrazyflie(start); }},
-    {{"asl", "ASL (EuRoC) folder", WalkAsl},
+    {{"asl", "ASL (EuRoC) folder", WalkAsl, RecordOrder::kFiles},
      [](const fs::path& path, std::string_view) { return fs::is_directory(path) && IsAsl(path); }},
     {{"tum", "TUM trajectory", WalkTum},
      [](const fs::path&, std::string_view start) { return IsText(start) && IsTum(start); }},

@@ -130,11 +130,16 @@ class MessageSink {
   virtual void Prefer(int instance) = 0;  // of channels that are named without one
 };
 
+// How the records of a log follow each other: in the order of time, chunk by chunk in any order, or
+// file by file.
+enum class RecordOrder { kTime, kChunks, kFiles };
+
 // A format: how it is recognised, and a function that walks through a file from its start.
 struct LogFormat {
   const char* key;   // in maps
   const char* name;  // for people
   void (*walk)(const std::filesystem::path& path, MessageSink* sink);
+  RecordOrder order = RecordOrder::kTime;
 };
 
 class Recording : private MessageSink {
