@@ -9,6 +9,7 @@ namespace trueline {
 
 inline constexpr double kDegree = M_PI / 180.0;      // rad
 inline constexpr double kRpm = M_PI / 30.0;          // rad/s
+inline constexpr double kFoot = 0.3048;              // m
 inline constexpr double kStandardGravity = 9.80665;  // m/s^2, by definition of the unit g
 
 // Time stamps: a 64-bit count of nanoseconds from any origin.

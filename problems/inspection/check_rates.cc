@@ -413,9 +413,8 @@ void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch&
   const double span = SecondsBetween(e->log.imu.front().t, e->log.imu.back().t);
   const double error =
       e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.drift) * span);
-  const Level level = error > kBodyBias ? Level::kBiases : Level::kWidens;
   e->Add(
-      {&fault::kClockDrift, stream, level, match.drift, error, match.drift_sigma},
+      {&fault::kClockDrift, stream, LevelOfError(error), match.drift, error, match.drift_sigma},
       fmt::format("the clock of {}.csv runs {:.0f} ms a minute {} than that of {}", stream,
                   6e4 * std::abs(match.drift), match.drift > 0.0 ? "faster" : "slower", reference),
       DriftRemedy(e->log, match.drift) + ", then inspect again");

@@ -156,7 +156,8 @@ double TurnSize(const Eigen::Matrix3d& turn);
 Level LevelOfTurn(double size);
 // m/s^2, by which a specific force the size of gravity is off where it is turned by `angle` (rad).
 double ErrorOfTurn(const Examination& e, double angle);
-// Of a stream that is late, which makes an error (m/s^2) of the specific force.
+// Of a fault that makes an error (m/s^2) of the specific force, and of a stream that is late by it.
+Level LevelOfError(double error);
 Level LevelOfLag(const VectorMatch& match, double error);
 // rad, between a specific force and that of level flight, along -z.
 double LeanOf(const Eigen::Vector3d& force);

@@ -21,7 +21,7 @@ constexpr auto kReadAsSi = std::to_array<KnownUnit>({
     {"m/s^2", "thousandths of g", 1e-3 * kStandardGravity},
     {"m/s^2", "cm/s^2", 1e-2},
     {"m/s^2", "mm/s^2", 1e-3},
-    {"m/s^2", "ft/s^2", 0.3048},
+    {"m/s^2", "ft/s^2", kFoot},
     {"m/s^2", "m/s^2 converted as if from g", 1.0 / kStandardGravity},
     {"rad/s", "deg/s", kDegree},
     {"rad/s", "thousandths of deg/s", 1e-3 * kDegree},
@@ -33,8 +33,8 @@ constexpr auto kReadAsSi = std::to_array<KnownUnit>({
     {"m", "cm", 1e-2},
     {"m", "mm", 1e-3},
     {"m", "km, or m converted as if from mm", 1e3},
-    {"m", "ft", 0.3048},
-    {"m", "m converted as if from ft", 1.0 / 0.3048},
+    {"m", "ft", kFoot},
+    {"m", "m converted as if from ft", 1.0 / kFoot},
 });
 
 std::string SignedAxis(const Eigen::RowVector3d& row) {
@@ -253,9 +253,11 @@ double TurnSize(const Eigen::Matrix3d& turn) {
   return TurnBetween(turn, Eigen::Matrix3d::Identity()).norm() / kDegree;
 }
 
+Level LevelOfError(double error) { return error > kBodyBias ? Level::kBiases : Level::kWidens; }
+
 Level LevelOfLag(const VectorMatch& match, double error) {
   if (match.unshifted < 0.6 * match.correlation) return Level::kFatal;
-  return error > kBodyBias ? Level::kBiases : Level::kWidens;
+  return LevelOfError(error);
 }
 
 double ErrorOfTurn(const Examination& e, double angle) {

@@ -27,7 +27,7 @@ constexpr auto kUnits = std::to_array<Unit>({
     {"s", "ticks", 1e-7},
     {"m", "cm", 1e-2},
     {"m", "mm", 1e-3},
-    {"m", "ft", 0.3048},
+    {"m", "ft", kFoot},
     {"rad", "deg", kDegree},
     {"rad/s", "deg/s", kDegree},
     {"rad/s", "mrad/s", 1e-3},
